@@ -17,6 +17,7 @@ import { Marks } from "./panels/marks.js";
 import { MatchTable } from "./panels/match_table.js";
 import { PicturePanel } from "./panels/picture_panel.js";
 import { connectPointer } from "./panels/pointer.js";
+import { Readout } from "./panels/readout.js";
 import { SlicePanel } from "./panels/slice_panel.js";
 import { connectSaving } from "./panels/take_away.js";
 
@@ -31,16 +32,16 @@ function start(): Page {
   connectDisplay(page);
   connectLevel(page);
   connectFacts(page);
-  connectPointer(page);
-  connectSaving(page);
+  const readout = new Readout(page);
+  connectPointer(page, readout);
   connectKeys(page);
   connectGlossary();
   connectParts();
   new GamutList(page);
-  new SlicePanel(page);
+  const { figure } = new SlicePanel(page, readout);
   const colours = new ColourList(page);
   new MatchTable(page, colours);
-  new ComparisonPanel(page);
+  connectSaving(page, { figure, comparison: new ComparisonPanel(page) });
   if (embedded === null) {
     new Uploads(page, { colours, picture: new PicturePanel(page) });
     new Marks(page);

@@ -263,7 +263,12 @@ async function saved(page, kind, fields = {}) {
   await page.click("#save");
   await page.select("#save-kind", kind);
   const file = await page.evaluate(async (values) => {
-    for (const [id, value] of Object.entries(values)) document.getElementById(id).value = value;
+    for (const [id, value] of Object.entries(values)) {
+      const control = document.getElementById(id);
+      if (control.type === "checkbox") control.checked = value;
+      else control.value = value;
+      control.dispatchEvent(new Event("change", { bubbles: true }));
+    }
     const made = new Promise((resolve) => {
       const create = URL.createObjectURL;
       URL.createObjectURL = (blob) => {
@@ -287,15 +292,46 @@ async function saved(page, kind, fields = {}) {
   return { type: file.type, bytes };
 }
 
-test("pictures are saved in a chosen size, and the view stays as it is", async () => {
+/** Size of a PNG file, and its pixels at places, as fractions of its size, with their opacity. */
+function pngPixels(page, bytes, places) {
+  return page.evaluate(
+    async (base64, all) => {
+      const data = Uint8Array.from(atob(base64), (character) => character.charCodeAt(0));
+      const picture = await createImageBitmap(new Blob([data]));
+      const context = new OffscreenCanvas(picture.width, picture.height).getContext("2d", { willReadFrequently: true });
+      context.drawImage(picture, 0, 0);
+      const at = (part, size) => Math.min(size - 1, Math.floor(part * size));
+      return {
+        size: [picture.width, picture.height],
+        pixels: all.map(([x, y]) => [...context.getImageData(at(x, picture.width), at(y, picture.height), 1, 1).data]),
+      };
+    },
+    bytes.toString("base64"),
+    places,
+  );
+}
+
+const CORNERS = [[0, 0], [1, 0], [0, 1], [1, 1]];
+
+test("pictures are saved as seen and at 16:9, with a preview, and the view stays as it is", async () => {
   const page = await open(browser, `/view#a=${FIRST}&b=${SECOND}`, { scale: 1 });
   await drawn(page, FINEST);
   // The legend has two lines then, for which the view makes room.
   await page.waitForFunction("window.gamutViewer.figures.triangles[1] > 4");
-  const before = await page.evaluate("window.gamutViewer.view.place.join()");
-  const png = await saved(page, "png", { "save-width": "640", "save-height": "400", "save-ratio": "2" });
-  assert.equal(png.type, "image/png");
-  assert.deepEqual([png.bytes.readUInt32BE(16), png.bytes.readUInt32BE(20)], [1280, 800]);
+  const [before, seen, ground] = await page.evaluate(() => {
+    const { view, canvas } = window.gamutViewer;
+    const { backgroundColor } = getComputedStyle(document.getElementById("stage"));
+    return [view.place.join(), [canvas.clientWidth, canvas.clientHeight], backgroundColor.match(/\d+/g).map(Number)];
+  });
+  const twice = await saved(page, "png", { "save-shape": "seen", "save-ratio": "2" });
+  assert.equal(twice.type, "image/png");
+  const filled = await pngPixels(page, twice.bytes, [...CORNERS, [0.5, 0.5]]);
+  assert.deepEqual(filled.size, seen.map((pixels) => 2 * pixels));
+  for (const corner of filled.pixels.slice(0, 4)) assert.deepEqual(corner, [...ground, 255]);
+  const clear = await saved(page, "png", { "save-shape": "wide", "save-ratio": "1", "save-clear": true });
+  const { size, pixels } = await pngPixels(page, clear.bytes, [...CORNERS, [0.5, 0.5]]);
+  assert.deepEqual(size, [1920, 1080]);
+  assert.deepEqual(pixels.map(([, , , opacity]) => opacity), [0, 0, 0, 0, 255]);
   assert.equal(await page.evaluate("window.gamutViewer.view.place.join()"), before);
   const { width, clientWidth } = await page.evaluate(() => {
     const { width, clientWidth } = window.gamutViewer.canvas;
@@ -303,15 +339,44 @@ test("pictures are saved in a chosen size, and the view stays as it is", async (
   });
   assert.equal(width, clientWidth);
   await page.click("#save");
+  // The preview has the shape of the file, and follows each change.
+  const shape = () => page.$eval("#save-preview canvas", (canvas) => canvas.width / canvas.height);
+  await page.waitForFunction("/1920 × 1080/.test(document.getElementById('save-preview').textContent)");
+  assert.ok(Math.abs((await shape()) - 16 / 9) < 0.02);
+  await page.select("#save-shape", "seen");
+  await page.waitForFunction(`document.getElementById("save-preview").textContent.includes("${seen.join(" × ")}")`);
+  assert.ok(Math.abs((await shape()) - seen[0] / seen[1]) < 0.02);
   assert.deepEqual(await violations(page), []);
   await page.click("#save-close");
   await close(page);
 });
 
+test("a picture has the section and the bars of the comparison while they are open", async () => {
+  const page = await open(browser, `/view#a=${FIRST}&b=${SECOND}&lightness=50`, { scale: 1, width: 1200 });
+  await drawn(page, FINEST);
+  await page.waitForSelector("#answer .coverage-bar");
+  await page.waitForSelector("#section-chart svg");
+  const [view, section] = await page.evaluate(() => ["stage", "section"].map((id) => document.getElementById(id).clientWidth));
+  const both = await saved(page, "png", { "save-ratio": "1" });
+  assert.ok(Math.abs(both.bytes.readUInt32BE(16) - view - section) <= 1);
+  // Rows at the bottom left have the bars: the first one is black, as its gamut is in a light page.
+  const column = Array.from({ length: 60 }, (_, i) => [0.25, 1 - i / both.bytes.readUInt32BE(20)]);
+  const isBlack = ([r, g, b]) => r + g + b === 0;
+  assert.ok((await pngPixels(page, both.bytes, column)).pixels.some(isBlack));
+  await page.click("#section-close");
+  await page.click("#comparison > summary");
+  const alone = await saved(page, "png", { "save-ratio": "1" });
+  const whole = await page.$eval("#stage", (stage) => stage.clientWidth);
+  assert.equal(alone.bytes.readUInt32BE(16), whole);
+  assert.ok(!(await pngPixels(page, alone.bytes, column)).pixels.some(isBlack));
+  await close(page);
+});
+
 test("a turntable is an animated WebP file whose frames differ, and can be cancelled", async () => {
-  const page = await open(browser, `/view#a=${FIRST}&triangles=300`);
+  const page = await open(browser, `/view#a=${FIRST}&triangles=300`, { width: 620, height: 340 });
   await drawn(page, 300);
-  const { type, bytes } = await saved(page, "webp", { "save-width": "240", "save-height": "200", "save-ratio": "1", "save-frames": "36" });
+  const size = await page.evaluate(() => [window.gamutViewer.canvas.clientWidth, window.gamutViewer.canvas.clientHeight]);
+  const { type, bytes } = await saved(page, "webp", { "save-shape": "seen", "save-ratio": "1", "save-frames": "36" });
   assert.equal(type, "image/webp");
   assert.equal(bytes.readUInt32LE(4), bytes.length - 8);
   const found = await page.evaluate(async (base64) => {
@@ -323,16 +388,17 @@ test("a turntable is an animated WebP file whose frames differ, and can be cance
     const frames = [];
     for (const frameIndex of [0, 9]) {
       const { image } = await decoder.decode({ frameIndex });
-      const context = new OffscreenCanvas(240, 200).getContext("2d");
+      const { displayWidth, displayHeight, duration } = image;
+      const context = new OffscreenCanvas(displayWidth, displayHeight).getContext("2d");
       context.drawImage(image, 0, 0);
-      frames.push({ size: [image.displayWidth, image.displayHeight], duration: image.duration, data: [...context.getImageData(0, 0, 240, 200).data] });
+      frames.push({ size: [displayWidth, displayHeight], duration, data: [...context.getImageData(0, 0, displayWidth, displayHeight).data] });
     }
     const apart = (i, j) => frames[i].data.reduce((sum, value, k) => sum + Math.abs(value - frames[j].data[k]), 0) / frames[i].data.length;
     return { frameCount, repetitionCount, size: frames[0].size, duration: frames[0].duration, quarter: apart(0, 1) };
   }, bytes.toString("base64"));
   assert.equal(found.frameCount, 36);
   assert.equal(found.repetitionCount, null); // without end: JSON has no infinity
-  assert.deepEqual(found.size, [240, 200]);
+  assert.deepEqual(found.size, size);
   assert.ok(Math.abs(found.duration - 222_000) < 1000, String(found.duration));
   assert.ok(found.quarter > 0.5, JSON.stringify(found));
   await page.click("#save");

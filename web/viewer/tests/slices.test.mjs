@@ -139,6 +139,51 @@ test("the pointer reads the colour of the section, in the view and in the chart"
   await close(page);
 });
 
+/** What the page tells screen readers, once it matches. */
+function announced(page, pattern) {
+  return page.waitForFunction((source) => new RegExp(source).test(document.getElementById("status").textContent), {}, pattern);
+}
+
+test("a colour of the chart is announced, and a click keeps it until Escape, another click, or another cut", async () => {
+  const page = await open(browser, `/view#a=${FIRST}&b=${SECOND}&lightness=50`);
+  await drawn(page, FINEST);
+  const chart = await plot(page);
+  const at = (across, down) => [chart.x + across * chart.width, chart.y + down * chart.height];
+  const readout = () => page.$eval("#readout", (box) => (box.hidden ? "" : box.innerText));
+  await page.mouse.move(...at(0.5, 0.5));
+  await announced(page, "^Ball A, L\\* 50\\.0 +a\\* −?[01]\\.");
+  assert.match(await readout(), /^Ball A\n/);
+  await page.mouse.click(...at(0.5, 0.5));
+  const first = await readout();
+  assert.match(first, /Kept until Esc/);
+  await announced(page, "Kept until Esc");
+  // Neither the chart nor the view replaces it, and the place of the colour is marked in the view.
+  await page.mouse.move(...at(0.6, 0.4));
+  const view = await (await page.$("#view")).boundingBox();
+  await page.mouse.move(view.x + view.width / 2, view.y + view.height / 2);
+  await page.mouse.move(view.x + 4, view.y + view.height - 4);
+  assert.equal(await readout(), first);
+  const mark = await (await page.$("#readout-mark")).boundingBox();
+  const [x, y] = await placeOf(page, [50, 0, 0]);
+  const apart = Math.hypot(mark.x + mark.width / 2 - view.x - x * view.width, mark.y + mark.height / 2 - view.y - y * view.height);
+  assert.ok(apart < 4, `${apart}`);
+  assert.deepEqual(await violations(page), []);
+  await page.mouse.click(...at(0.6, 0.4));
+  const second = await readout();
+  assert.ok(second !== first && /Kept/.test(second), second);
+  await page.keyboard.press("Escape");
+  assert.equal(await readout(), "");
+  await page.mouse.click(...at(0.5, 0.4));
+  await page.mouse.click(...at(0.5, 0.4));
+  assert.equal(await readout(), "");
+  await page.mouse.click(...at(0.5, 0.4));
+  await page.focus("#slice-value");
+  await page.keyboard.press("ArrowRight");
+  await page.waitForSelector("#readout[hidden]");
+  await page.waitForSelector("#readout-mark[hidden]");
+  await close(page);
+});
+
 /** The file that a button saves. */
 function saved(page, button) {
   return page.evaluate(async (id) => {

@@ -103,6 +103,39 @@ test("the pointer reads coordinates, chroma and hue", async () => {
   await close(page);
 });
 
+test("a click keeps the readout with the name of its gamut; a drag turns the view instead", async () => {
+  const page = await open(browser, `/view#a=${FIRST}`);
+  await drawn(page, FINEST);
+  const box = await (await page.$("#view")).boundingBox();
+  const middle = [box.x + box.width / 2, box.y + box.height / 2];
+  const readout = () => page.$eval("#readout", (output) => (output.hidden ? "" : output.innerText));
+  await page.mouse.move(...middle);
+  await page.waitForFunction("/^Ball A, L\\* /.test(document.getElementById('status').textContent)");
+  await page.mouse.down();
+  await page.mouse.move(middle[0] + 30, middle[1], { steps: 3 });
+  await page.mouse.up();
+  assert.doesNotMatch(await readout(), /Kept/);
+  await page.mouse.click(...middle);
+  const text = await readout();
+  assert.match(text, /^Ball A\nL\* [^]*Kept until Esc/);
+  await page.mouse.move(box.x + 3, box.y + box.height - 3);
+  await page.mouse.move(middle[0] + 20, middle[1] + 20);
+  assert.equal(await readout(), text);
+  // The ground has no colour to keep.
+  await page.mouse.click(box.x + 3, box.y + box.height - 3);
+  assert.equal(await readout(), "");
+  // The Enter key reads the middle then.
+  await page.focus("#view");
+  await page.keyboard.press("Enter");
+  assert.match(await readout(), /^Ball A\nL\* [^]*Kept/);
+  await page.keyboard.press("Escape");
+  assert.equal(await readout(), "");
+  await page.keyboard.press("Enter");
+  await page.evaluate(`window.gamutViewer.show("a", "${SECOND}")`);
+  await page.waitForSelector("#readout[hidden]");
+  await close(page);
+});
+
 test("the pointer reads the signed distance to the other gamut", async () => {
   const page = await open(browser, `/view#a=${FIRST}&b=${SECOND}&style-b=hidden`);
   await drawn(page, FINEST);

@@ -9,6 +9,8 @@ export interface Theme {
   soft: string;
   line: string;
   back: string;
+  /** Whether the ground is left out; rims keep its colour. */
+  isClear?: boolean;
 }
 
 export const LIGHT: Theme = { text: "#1b1b1b", soft: "#595959", line: "#d0d0d0", back: "#ffffff" };
@@ -236,7 +238,7 @@ export class Chart {
       `<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 ${size.width} ${size.height}" width="${size.width}" height="${size.height}" role="img" font-family="system-ui, 'Segoe UI', Roboto, sans-serif" font-size="${TEXT}" fill="${theme.text}">`,
       `<title>${escaped(title)}</title>`,
       `<defs><clipPath id="${id}-frame"><rect ${frame}/></clipPath>${this.definitions.join("")}</defs>`,
-      `<rect width="100%" height="100%" fill="${theme.back}"/>`,
+      ...(theme.isClear ? [] : [`<rect width="100%" height="100%" fill="${theme.back}"/>`]),
       ...(isBare ? [] : [`<path d="${grid}" fill="none" stroke="${theme.line}" stroke-width="1"/>`]),
       ...this.marks,
       ...axes,

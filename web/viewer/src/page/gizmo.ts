@@ -53,7 +53,7 @@ export function connectGizmo(page: Page, views: () => AxisView[]): void {
     picture.replaceChildren(...places.flatMap(({ mark, line }) => (line === null ? [mark] : [line, mark])));
   };
   byId("home").addEventListener("click", () => page.view.home());
-  page.on("gamuts", fill);
+  page.on(["slots"], fill);
   page.view.onDraw.push(draw);
 }
 

@@ -38,17 +38,16 @@ interface Found {
 export interface Readable {
   targets(): Mesh[];
   read(hit: Intersection): void;
-  /** The pointer is elsewhere. */
-  leave(): void;
 }
 
 /**
  * What the parts of the page follow.
  *
- * `gamuts`: other gamuts or looks. `level`: another level of a gamut is drawn. `camera`: the view
- * was turned. `theme`: light or dark.
+ * `slots`: a gamut was taken in or put away, with the looks that follow from it. `looks`: a gamut is
+ * hidden, shown, or drawn in another way. `requests`: a gamut is on its way, or no longer. `level`:
+ * another level of a gamut is drawn. `camera`: the view was turned. `theme`: light or dark.
  */
-export type PageEvent = "gamuts" | "level" | "camera" | "theme";
+export type PageEvent = "slots" | "looks" | "requests" | "level" | "camera" | "theme";
 
 const WORKER = workerAddress();
 const DEFAULT_TRIANGLES = 10_000;
@@ -105,9 +104,9 @@ export class Page {
   constructor() {
     this.view.onMove = () => this.emit("camera");
     this.dark.addEventListener("change", () => this.emit("theme"));
-    this.on("theme", () => {
+    this.on(["theme"], () => {
       this.fit();
-      this.restyle();
+      this.applyLooks();
     });
     this.address.add({
       read: (given) => {
@@ -130,11 +129,11 @@ export class Page {
       read: () => {},
       write: () => [["camera", (this.view.isHome ? this.camera : this.view.place)?.join(",") ?? null]],
     });
-    for (const event of ["gamuts", "level", "camera"] as const) this.on(event, () => this.address.save());
+    this.on(["slots", "looks", "requests", "level", "camera"], () => this.address.save());
   }
 
-  on(event: PageEvent, listener: () => void): void {
-    this.listeners.set(event, [...(this.listeners.get(event) ?? []), listener]);
+  on(events: PageEvent[], listener: () => void): void {
+    for (const event of events) this.listeners.set(event, [...(this.listeners.get(event) ?? []), listener]);
   }
 
   emit(event: PageEvent): void {
@@ -211,7 +210,7 @@ export class Page {
     await Promise.all(others.map((load) => load()));
     // A reader who has turned the view meanwhile keeps it.
     if (this.camera !== null && this.view.isHome && this.shown.length > 0) this.view.restore(this.camera);
-    this.emit("gamuts");
+    this.emit("slots");
   }
 
   /**
@@ -228,7 +227,8 @@ export class Page {
     this.wanted.delete(slot);
     this.remove(slot);
     this.fit();
-    this.emit("gamuts");
+    this.applyLooks();
+    this.emit("slots");
   }
 
   /** The same for a gamut that nobody has just chosen: what is said about others stays. */
@@ -240,7 +240,7 @@ export class Page {
         const work = this.board.begin(key.length === 64 ? "The gamut" : key, slot, () => {
           opening.end();
           this.wanted.delete(slot);
-          this.emit("gamuts");
+          this.emit("requests");
         });
         signal.addEventListener("abort", () => work.end());
         return this.find(slot, key, isWhole, work, signal).finally(() => work.end());
@@ -248,7 +248,7 @@ export class Page {
       (gamut) => this.put(slot, key, gamut),
       (error) => {
         this.complain(error);
-        this.emit("gamuts");
+        this.emit("requests");
       },
     );
   }
@@ -283,7 +283,8 @@ export class Page {
     this.view.scene.add(layer.group);
     this.followFirst();
     this.fit();
-    this.restyle();
+    this.applyLooks();
+    this.emit("slots");
   }
 
   /** Describe a gamut of a key, and say where its history is. */
@@ -347,17 +348,17 @@ export class Page {
   setVisible(slot: Slot, isVisible: boolean): void {
     if (isVisible) this.hidden.delete(slot);
     else this.hidden.add(slot);
-    this.restyle();
+    this.changeLooks();
   }
 
   setOpacity(slot: Slot, opacity: number): void {
     this.opacities.set(slot, Math.min(1, Math.max(0.05, opacity)));
-    this.restyle();
+    this.changeLooks();
   }
 
   setEdges(hasEdges: boolean): void {
     this.hasEdges = hasEdges;
-    this.restyle();
+    this.changeLooks();
   }
 
   /** Take the look of a gamut from an address; links of earlier versions name a style. */
@@ -413,14 +414,18 @@ export class Page {
     if (isLocked(error)) byId("key-field").hidden = false;
   }
 
-  private restyle(): void {
+  private changeLooks(): void {
+    this.applyLooks();
+    this.emit("looks");
+  }
+
+  private applyLooks(): void {
     this.solid = this.chooseSolid();
     for (const { slot, layer } of this.shown) {
       layer.setLook(this.lookOf(slot), tintOf(slot, this.isDark), this.materials[slot]);
     }
     const sizes = [...this.shown].sort((one, other) => one.gamut.volume - other.gamut.volume);
     sizes.forEach(({ layer }, rank) => layer.setRank(rank));
-    this.emit("gamuts");
     this.view.draw();
   }
 
@@ -442,7 +447,7 @@ export class Page {
         Object.assign(this.marks, { first: now, firstTriangles: layer.level!.triangles, firstBytes: layer.bytes });
       }
     }
-    if (this.chooseSolid() !== this.solid) this.restyle();
+    if (this.chooseSolid() !== this.solid) this.changeLooks();
     this.emit("level");
     this.view.draw();
   }

@@ -54,7 +54,7 @@ function inviteWhenEmpty(page: Page): void {
     invitation.textContent = `${isRefused ? "This gamut cannot be shown. " : ""}Drop a profile, or choose a gamut.`;
     if (!invitation.hidden) document.getElementById("static")?.remove();
   };
-  page.on("gamuts", refresh);
+  page.on(["slots", "requests"], refresh);
   refresh();
 }
 
@@ -91,7 +91,7 @@ function fillChips(page: Page, all: Example[]): void {
       chip.setAttribute("aria-pressed", String(page.shown.some(({ key, gamut }) => [key, keys.get(gamut.id)].includes(chip.dataset["key"]))));
     }
   };
-  page.on("gamuts", mark);
+  page.on(["slots"], mark);
   mark();
   chips.hidden = all.length === 0;
 }

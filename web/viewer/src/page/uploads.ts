@@ -58,7 +58,7 @@ export class Uploads {
       page.complain(null);
       void page.restore();
     });
-    page.on("gamuts", () => this.refresh());
+    page.on(["slots", "requests"], () => this.refresh());
   }
 
   /** The first empty row of the list, else the first one. Examples of the first screen count as empty. */
@@ -120,7 +120,7 @@ export class Uploads {
     const upload: Upload = { file, options, isRefused: false };
     this.uploads.set(building, upload);
     page.complain(null);
-    page.emit("gamuts");
+    page.emit("requests");
     await building.ask(
       (signal) => {
         const work = page.board.begin(file.name, slot, (job) => {

@@ -72,8 +72,8 @@ export class ColourList {
 
   constructor(private readonly page: Page) {
     this.links = new ColourLinks(page, this.table);
-    page.on("gamuts", () => this.show(page.at("a")?.gamut ?? null));
-    page.on("theme", () => {
+    page.on(["slots"], () => this.show(page.at("a")?.gamut ?? null));
+    page.on(["theme"], () => {
       if (this.answer === null) return;
       this.erase();
       this.draw(this.answer);

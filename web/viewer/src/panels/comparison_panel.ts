@@ -21,12 +21,23 @@ interface Pair {
   b: Shown;
 }
 
+/** A gamut, and how much of another one it covers. */
+export interface CoverageBar {
+  slot: Slot;
+  name: string;
+  other: string;
+  /** From 0 to 1, and in words. */
+  share: number;
+  text: string;
+}
+
 /** Height of the chart in CSS pixels. */
 const CHART_HEIGHT = 280;
 
 export class ComparisonPanel {
   private pair: Pair | null = null;
   private comparison: Comparison | null = null;
+  private coverage: Coverage | null = null;
   private readonly asking = new Latest();
   private chart = "";
   private readonly highlight = byId<HTMLInputElement>("highlight");
@@ -44,11 +55,12 @@ export class ComparisonPanel {
       write: () => [["outside", this.highlight.checked ? "on" : null]],
     });
     page.kept.set("comparison", () => this.comparison);
-    page.on("gamuts", () => {
+    page.on(["slots"], () => {
       const [a, b] = [page.at("a"), page.at("b")];
       this.show(a !== null && b !== null ? { a, b } : null);
     });
-    page.on("theme", () => {
+    page.on(["looks"], () => this.mark());
+    page.on(["theme"], () => {
       this.tint();
       if (this.comparison !== null) this.redraw();
     });
@@ -107,13 +119,20 @@ export class ComparisonPanel {
     );
   }
 
+  /** The bars of the answer while the part is open. */
+  get bars(): CoverageBar[] {
+    const { coverage, pair } = this;
+    if (pair === null || coverage === null || !byId<HTMLDetailsElement>("comparison").open) return [];
+    return coverageBars(coverage, pair);
+  }
+
   /** State coverage both ways, both volumes, and who reaches further; null while coverage is computed. */
   private answer(coverage: Coverage | null, { a, b }: Pair): void {
-    const bars = [[a, b, coverage?.a_covers_b], [b, a, coverage?.b_covers_a]] as const;
+    this.coverage = coverage;
     const volumes = [a, b].map(({ gamut }) => `${gamut.name} ${volumeText(gamut)}`).join(", ");
     const isPending = coverage === null && embedded === null;
     byId("answer").replaceChildren(
-      ...bars.flatMap(([one, other, share]) => (share === undefined ? [] : [coverageBar(one, other.gamut.name, share)])),
+      ...(coverage === null ? [] : coverageBars(coverage, { a, b }).map(coverageElement)),
       ...(isPending ? [element("p", "Comparing …", { className: "note pending" })] : []),
       element("p", `Volumes: ${volumes} ${volumeUnit(a.gamut)}.`, { className: "note" }),
       ...(coverage === null ? [] : [element("p", reachSentence(coverage.summary, [a.gamut.name, b.gamut.name]))]),
@@ -170,17 +189,22 @@ export class ComparisonPanel {
   }
 }
 
-/** A gamut, how much of another one it covers, and a bar of that length. */
-function coverageBar({ slot, gamut }: Shown, other: string, share: number): HTMLElement {
+function coverageBars(coverage: Coverage, { a, b }: Pair): CoverageBar[] {
+  const bar = (one: Shown, other: Shown, share: number) =>
+    ({ slot: one.slot, name: one.gamut.name, other: other.gamut.name, share, text: shareText(share) });
+  return [bar(a, b, coverage.a_covers_b), bar(b, a, coverage.b_covers_a)];
+}
+
+function coverageElement({ slot, name, other, share, text }: CoverageBar): HTMLElement {
   const box = element("div", "", { className: "coverage-bar" });
-  const text = element("p", `${gamut.name} covers `);
-  text.append(element("strong", shareText(share)), ` of ${other}`);
+  const line = element("p", `${name} covers `);
+  line.append(element("strong", text), ` of ${other}`);
   const track = element("div");
   const bar = element("div");
   bar.dataset["slot"] = slot;
   bar.style.width = `${100 * share}%`;
   track.append(bar);
-  box.append(text, track);
+  box.append(line, track);
   return box;
 }
 

@@ -26,7 +26,7 @@ export function connectDisplay(page: Page): void {
   projection.addEventListener("change", () => page.view.setProjection(projection.value as Projection));
   axes.addEventListener("change", () => page.setAxes(axes.checked));
   edges.addEventListener("change", () => page.setEdges(edges.checked));
-  page.on("gamuts", () => (edges.checked = page.hasEdges));
+  page.on(["slots", "looks"], () => (edges.checked = page.hasEdges));
   byId("theme").addEventListener("click", () => {
     const next = { undefined: "light", light: "dark", dark: undefined }[String(document.documentElement.dataset["theme"])];
     setTheme(next);

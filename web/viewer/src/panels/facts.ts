@@ -12,11 +12,11 @@ export function connectFacts(page: Page): void {
       ...(blocks.length > 0 ? blocks : [element("p", "No gamut is shown.", { className: "note" })]),
     );
   };
-  page.on("gamuts", () => {
+  page.on(["slots"], () => {
     list();
     describe(page);
   });
-  page.on("level", () => describe(page));
+  page.on(["level"], () => describe(page));
 }
 
 /** The name of the view for those who do not see it, and the title of the page. */

@@ -41,7 +41,7 @@ export class GamutList {
       this.refresh();
       byId(`chooser-${SLOTS[this.count - 1]!}`).focus();
     });
-    page.on("gamuts", () => this.refresh());
+    page.on(["slots", "looks", "requests", "theme"], () => this.refresh());
     this.refresh();
   }
 

@@ -29,8 +29,7 @@ export function connectLevel(page: Page): void {
       ),
     );
   };
-  page.on("gamuts", refresh);
-  page.on("level", refresh);
+  page.on(["slots", "level"], refresh);
 }
 
 /** Triangles at a place of the slider, 0 to 1000: equal steps are equal factors. */

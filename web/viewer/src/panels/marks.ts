@@ -23,14 +23,14 @@ export class Marks {
 
   constructor(private readonly page: Page) {
     this.box.addEventListener("change", () => void this.refresh());
-    page.on("gamuts", () => {
+    page.on(["slots"], () => {
       const gamut = page.at("a")?.gamut ?? null;
       if (gamut?.id === this.gamut?.id) return;
       this.gamut = gamut;
       void this.offerPatches(gamut);
       void this.refresh();
     });
-    page.on("theme", () => void this.refresh());
+    page.on(["theme"], () => void this.refresh());
   }
 
   /** Patches are those of a file that the page has, or of the file of an example of a device. */

@@ -38,10 +38,7 @@ export class MatchTable {
   constructor(private readonly page: Page, private readonly list: ColourList) {
     if (embedded !== null) return;
     list.onChange = () => this.update();
-    page.on("gamuts", () => {
-      // the event also tells of other styles
-      if (this.ids.join() !== this.asked) this.update();
-    });
+    page.on(["slots"], () => this.ids.join() !== this.asked && this.update());
   }
 
   private get ids(): string[] {

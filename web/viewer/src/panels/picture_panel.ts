@@ -71,7 +71,7 @@ export class PicturePanel {
     byId("picture-ramp").style.background = `linear-gradient(to right, ${RAMP.map(([at, ...colour]) => `rgb(${colour.join(" ")}) ${(100 * at) / RAMP.at(-1)![0]}%`).join(", ")})`;
     const large = byId<HTMLDialogElement>("picture-large");
     byId("picture-enlarge").addEventListener("click", () => large.showModal());
-    page.on("gamuts", () => this.offer());
+    page.on(["slots"], () => this.offer());
   }
 
   /** The gamut that pictures are checked against. */

@@ -50,7 +50,7 @@ export class PlaneHandle {
       event.preventDefault();
       stepSection(steps);
     });
-    page.on("camera", () => this.draw());
+    page.on(["camera"], () => this.draw());
     new ResizeObserver(() => this.draw()).observe(byId("stage"));
   }
 

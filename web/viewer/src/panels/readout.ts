@@ -1,16 +1,19 @@
-// The colour under the pointer: coordinates, chroma and hue, device values, the distance to the other
-// gamut, and what the service is asked for: whether that is at the edge, and the recipe in a slice.
+// The readout: the colour under the pointer, or the one that a click keeps. Coordinates, chroma and hue,
+// device values, the distance to another gamut, and in a section the recipe.
 import { Boundary } from "@gamut/boundary";
-import type { Intersection } from "three";
+import { type Intersection, Vector3 } from "three";
 import type { Gamut } from "../service/api.js";
 import { BEYOND, SCREEN, cssColour, excessOf, polar } from "../colours/colours.js";
 import { blackChannel, blackRange, deviceLine } from "../colours/device_values.js";
-import { element } from "../page/elements.js";
+import { byId, element } from "../page/elements.js";
+import { type Page, type Shown, axisNames } from "../page/page.js";
+import { tintOf } from "../page/slots.js";
+import { orientation } from "../scene/layer.js";
 import type { LevelBuffers } from "../scene/messages.js";
 import { edgeText, positionsOf, type Positions, recipes } from "../service/queries.js";
 
 /** Interpolate values of vertices, `width` numbers each, at a point of a surface. */
-export function valuesAt(hit: Intersection, values: Float32Array, width: number): number[] {
+function valuesAt(hit: Intersection, values: Float32Array, width: number): number[] {
   const { a, b, c } = hit.face!;
   const weights = hit.barycoord!.toArray();
   return Array.from({ length: width }, (_, i) =>
@@ -18,22 +21,124 @@ export function valuesAt(hit: Intersection, values: Float32Array, width: number)
   );
 }
 
-export function readout(
-  gamut: Gamut,
-  names: string[],
-  level: LevelBuffers,
-  hit: Intersection,
-): HTMLElement[] {
+/** A colour that is read, and what is said about it. */
+export interface Reading {
+  subject: Shown;
+  /** Another gamut that the lines compare with. */
+  other?: Shown | undefined;
+  point: number[];
+  /** CSS colour of the swatch. */
+  colour: string;
+  lines: string[];
+  answer: AnswerLines;
+}
+
+/** The readout waits for so many ms without a change before it is announced. */
+const QUIET = 600;
+/** A pointer that moved farther than this between down and up, in CSS pixels, turned the view. */
+const CLICK_REACH = 4;
+
+export interface PagePlace {
+  clientX: number;
+  clientY: number;
+}
+
+export function isNear(one: PagePlace | null, other: PagePlace): boolean {
+  return one !== null && Math.hypot(one.clientX - other.clientX, one.clientY - other.clientY) <= CLICK_REACH;
+}
+
+/** The readout of the page: it follows the pointer, unless a click keeps it. */
+export class Readout {
+  private readonly box = byId("readout");
+  private readonly mark = byId("readout-mark");
+  private reading: Reading | null = null;
+  /** The click that keeps the reading. */
+  private keeper: PagePlace | null = null;
+
+  constructor(private readonly page: Page) {
+    let timer = 0;
+    new MutationObserver(() => {
+      clearTimeout(timer);
+      timer = setTimeout(() => this.box.hidden || page.announce(this.box.innerText.replaceAll("\n", ", ")), QUIET);
+    }).observe(this.box, { childList: true, subtree: true });
+    page.on(["slots", "looks"], () => {
+      const { reading } = this;
+      const isShown = (one: Shown) => page.shown.some(({ gamut }) => gamut === one.gamut);
+      if (reading === null) return;
+      if (!isShown(reading.subject) || !page.lookOf(reading.subject.slot).isVisible || (reading.other && !isShown(reading.other))) this.clear();
+    });
+    page.view.onDraw.push(() => this.placeMark());
+    addEventListener("keydown", ({ key }) => key === "Escape" && this.release());
+  }
+
+  get isKept(): boolean {
+    return this.keeper !== null;
+  }
+
+  show(reading: Reading): void {
+    if (this.reading?.answer !== reading.answer) this.reading?.answer.clear();
+    this.reading = reading;
+    const { subject: { gamut, slot }, colour, lines, answer } = reading;
+    const name = element("strong", gamut.name, { title: gamut.name });
+    const tint = element("span", "", { className: "tint" });
+    tint.style.backgroundColor = tintOf(slot, this.page.isDark);
+    name.prepend(tint);
+    const swatch = element("span", "", { className: "swatch" });
+    swatch.style.backgroundColor = colour;
+    this.box.replaceChildren(name, swatch, ...lines.map((line) => element("span", line)), answer.element);
+    this.box.hidden = false;
+  }
+
+  /** The pointer is at no colour. */
+  leave(): void {
+    if (!this.isKept) this.clear();
+  }
+
+  /** Keep what `read` shows. A second click at the same place, or one at no colour, lets go. */
+  click(place: PagePlace, read: () => void): void {
+    const isSame = isNear(this.keeper, place);
+    this.release();
+    if (isSame) return;
+    read();
+    if (this.reading === null) return;
+    this.keeper = place;
+    this.box.classList.add("kept");
+    this.box.append(element("small", "Kept until Esc or another click"));
+    this.placeMark();
+  }
+
+  /** Let go of the reading that is kept. */
+  release(): void {
+    if (this.isKept) this.clear();
+  }
+
+  private clear(): void {
+    this.reading?.answer.clear();
+    this.reading = this.keeper = null;
+    this.box.hidden = this.mark.hidden = true;
+    this.box.classList.remove("kept");
+  }
+
+  /** Mark the colour that is kept in the view. */
+  private placeMark(): void {
+    const { mark, page, reading } = this;
+    mark.hidden = !this.isKept || reading === null;
+    if (mark.hidden) return;
+    const point = new Vector3().fromArray(reading!.point).applyMatrix4(orientation(axisNames(reading!.subject.gamut)));
+    mark.style.translate = page.view.stagePlace(point).map((value) => `${value.toFixed(1)}px`).join(" ");
+  }
+}
+
+/** What a point of a surface says by itself. */
+export function surfaceReading(gamut: Gamut, level: LevelBuffers, hit: Intersection): Pick<Reading, "point" | "colour" | "lines"> {
   const mean = (values: Float32Array, width: number) => valuesAt(hit, values, width);
-  const point = mean(level.positions, 3);
-  const swatch = element("span", "", { className: "swatch" });
-  swatch.style.backgroundColor = cssColour(mean(level.colours, 3));
-  const lines = coordinates(names, point);
-  if (excessOf(Float32Array.from(mean(level.colours, 3)))[0]! > BEYOND) {
+  const [point, colour] = [mean(level.positions, 3), mean(level.colours, 3)];
+  const lines = coordinates(axisNames(gamut), point);
+  if (excessOf(Float32Array.from(colour))[0]! > BEYOND) {
     lines.push(`Outside ${SCREEN === "srgb" ? "sRGB" : "Display P3"}: the screen shows a similar colour`);
   }
   if (level.device !== null) lines.push(deviceLine(gamut.channels, mean(level.device, gamut.channels.length)));
-  return [swatch, ...lines.map((line) => element("span", line))];
+  return { point, colour: cssColour(colour), lines };
 }
 
 /** Lines with the coordinates of a colour. */
@@ -100,14 +205,14 @@ const boundaries = new WeakMap<LevelBuffers, Boundary>();
 /** Triangles of a level that the page prepares for questions without a pause. */
 const MOST_TRIANGLES = 50_000;
 
-/** The signed distance of a colour to the level of another gamut that the page shows; null if it is too fine. */
-export function levelDistance(other: Gamut, level: LevelBuffers | null, point: number[]): string | null {
-  if (level === null || level.triangles > MOST_TRIANGLES) return null;
+/** The signed distance of a colour to the level of another gamut that the page shows; nothing if it is too fine. */
+export function levelDistance(other: Gamut, level: LevelBuffers | null, point: number[]): string[] {
+  if (level === null || level.triangles > MOST_TRIANGLES) return [];
   const boundary = boundaries.get(level) ?? new Boundary(level, other.centre);
   boundaries.set(level, boundary);
   const distance = boundary.distance(point);
   const where = distance > 0 ? "outside" : "inside";
-  return `Euclidean distance ${distanceNumber(distance)} from ${other.name}: ${where} (${level.triangles} triangles)`;
+  return [`Euclidean distance ${distanceNumber(distance)} from ${other.name}: ${where} (${level.triangles} triangles)`];
 }
 
 /** The recipe of a colour. */

@@ -1,7 +1,8 @@
 // The figure of a section beside the view: its size, its chart, and the chart as a file.
-import { saveChart, showChart } from "../charts/save.js";
+import type { Size, Theme } from "../charts/chart.js";
+import { pageTheme, saveChart, showChart } from "../charts/save.js";
 import { byId, element } from "../page/elements.js";
-import type { Size } from "../charts/chart.js";
+import type { Point } from "../scene/sections.js";
 
 const FORMATS = ["svg", "png"] as const;
 const LEAST_SIZE = 200;
@@ -9,26 +10,46 @@ const STEP = 20;
 /** Pixels of a PNG file for each CSS pixel. */
 const PNG_FACTOR = 3;
 
+export interface SectionDrawing {
+  svg: string;
+  /** The colour at a pixel of a section. */
+  pointAt?: (x: number, y: number) => Point | null;
+}
+
+/** Draws the chart in a size. */
+export type SectionDraw = (options: { size: Size; theme: Theme }) => SectionDrawing;
+
 export class SectionFigure {
   readonly box = byId("section-chart");
   private readonly figure = byId("section");
+  private draw: SectionDraw | null = null;
   private svg = "";
   private name = "";
+  /** The colour at a pixel of the chart; null where there is none. */
+  pointAt: (x: number, y: number) => Point | null = () => null;
 
-  constructor(
-    private readonly redraw: () => void,
-    close: () => void,
-  ) {
+  constructor(close: () => void) {
     for (const format of FORMATS) {
       byId(`section-${format}`).addEventListener("click", () => void saveChart(this.svg, this.name, format, PNG_FACTOR));
     }
     byId("section-close").addEventListener("click", close);
     this.connectSize();
-    new ResizeObserver(() => this.figure.hidden || this.redraw()).observe(this.box);
+    new ResizeObserver(() => this.redraw()).observe(this.box);
   }
 
-  get size(): Size {
-    return { width: Math.max(LEAST_SIZE, this.box.clientWidth), height: Math.max(LEAST_SIZE, this.box.clientHeight) };
+  /** Whether the figure is under the view, and not beside it. */
+  get isBelow(): boolean {
+    return this.figure.getBoundingClientRect().top > byId("stage").getBoundingClientRect().top + 10;
+  }
+
+  /** Size of the figure on the page; null while it has no chart. */
+  get size(): Size | null {
+    return this.draw && { width: this.figure.offsetWidth, height: this.figure.offsetHeight };
+  }
+
+  /** The chart in another size and other colours. */
+  svgFor(options: { size: Size; theme: Theme }): string {
+    return this.draw?.(options).svg ?? "";
   }
 
   open(): void {
@@ -37,30 +58,43 @@ export class SectionFigure {
 
   close(): void {
     this.figure.hidden = true;
+    this.draw = null;
+    this.pointAt = () => null;
     this.box.replaceChildren();
   }
 
-  show(svg: string, name: string): void {
-    this.keep(svg, name);
-    showChart(this.box, svg);
+  show(draw: SectionDraw, name: string): void {
+    this.draw = draw;
+    this.name = name;
+    this.redraw();
   }
 
   /** Show a sentence in place of a chart. There is nothing to save. */
   say(sentence: string): void {
-    this.keep("", "");
+    this.draw = null;
+    this.pointAt = () => null;
     this.box.replaceChildren(element("p", sentence, { className: "note" }));
+    this.enableSaving();
   }
 
-  private keep(svg: string, name: string): void {
-    this.svg = svg;
-    this.name = name;
-    for (const format of FORMATS) byId<HTMLButtonElement>(`section-${format}`).disabled = svg === "";
+  private redraw(): void {
+    if (this.draw === null) return;
+    const { clientWidth, clientHeight } = this.box;
+    const size = { width: Math.max(LEAST_SIZE, clientWidth), height: Math.max(LEAST_SIZE, clientHeight) };
+    const { svg, pointAt = () => null } = this.draw({ size, theme: pageTheme(this.box) });
+    Object.assign(this, { svg, pointAt });
+    showChart(this.box, svg);
+    this.enableSaving();
+  }
+
+  private enableSaving(): void {
+    for (const format of FORMATS) byId<HTMLButtonElement>(`section-${format}`).disabled = this.draw === null;
   }
 
   /** The edge between the view and the figure moves with the pointer and with arrow keys. */
   private connectSize(): void {
     const edge = byId("section-size");
-    const isBelow = () => this.figure.getBoundingClientRect().top > byId("stage").getBoundingClientRect().top + 10;
+    const isBelow = () => this.isBelow;
     const resize = (size: number) => {
       const room = this.figure.parentElement!.getBoundingClientRect();
       const most = 0.6 * (isBelow() ? room.height : room.width);

@@ -99,7 +99,7 @@ export class View {
     readonly canvas: HTMLCanvasElement,
     private readonly stage: HTMLElement,
   ) {
-    this.renderer = new WebGLRenderer({ canvas, antialias: true, stencil: true });
+    this.renderer = new WebGLRenderer({ canvas, alpha: true, antialias: true, stencil: true });
     // Vertex colours are linear RGB of the screen, and both screens have the same curve.
     const buffer = this.renderer.getContext();
     if ("drawingBufferColorSpace" in buffer) buffer.drawingBufferColorSpace = SCREEN;
@@ -283,11 +283,12 @@ export class View {
   /**
    * Draw the view in another size, and let something take the canvas and the labels.
    *
-   * `covered` is kept free. With an azimuth, everything is turned by it and fits at every azimuth.
+   * `covered` is kept free. With `isClear` there is no ground. With an azimuth, everything is turned by
+   * it and fits at every azimuth.
    * The picture on the screen stays as it is.
    */
   at<T>(
-    { width, height, ratio }: { width: number; height: number; ratio: number },
+    { width, height, ratio, isClear }: { width: number; height: number; ratio: number; isClear: boolean },
     covered: Edges,
     azimuth: number | null,
     take: (canvas: HTMLCanvasElement, labels: Label[]) => T,
@@ -312,7 +313,7 @@ export class View {
       camera.position.setFromSpherical(place.offset).add(target);
       camera.lookAt(target);
       this.setFrame();
-      this.render();
+      this.render(isClear);
       return take(canvas, this.axes?.labels(camera, width, height, covered) ?? []);
     } finally {
       camera.position.copy(kept.position);
@@ -340,9 +341,9 @@ export class View {
     for (const listener of this.onDraw) listener();
   }
 
-  private render(): void {
+  private render(isClear = false): void {
     const { axes, camera, scene } = this;
-    scene.background = new Color(getComputedStyle(this.stage).backgroundColor);
+    scene.background = isClear ? null : new Color(getComputedStyle(this.stage).backgroundColor);
     axes?.turnTo(camera);
     this.renderer.render(scene, camera);
   }
