@@ -13,6 +13,7 @@ const target = join(here, "..", "gamutcore", "export", "viewer");
 const common = {
   absWorkingDir: here,
   bundle: true,
+  charset: "utf8", // the page states it
   legalComments: "none",
   metafile: true,
   minify: true,

@@ -1,18 +1,18 @@
-// What is taken away from the page: pictures, a turntable, one file that works offline, and the link.
+// What is taken away from the page: pictures, one file that works offline, and the link.
 import { pageTheme } from "../charts/save.js";
 import { SCREEN } from "../colours/colours.js";
 import { byId, element, save } from "../page/elements.js";
 import { Latest } from "../page/latest.js";
 import { type Page, axisNames } from "../page/page.js";
 import { tintOf } from "../page/slots.js";
-import { type Picture, drawnPicture, pngPicture, turntable } from "../scene/picture.js";
+import { type Picture, drawnPicture, pngPicture } from "../scene/picture.js";
 import { withState } from "../page/embedded.js";
 import { address, hasKey, request } from "../service/api.js";
 import type { CoverageBar } from "./comparison_panel.js";
 import { volumeText, volumeUnit } from "./conditions.js";
 import type { SectionFigure } from "./section_figure.js";
 
-type Kind = "png" | "webp" | "html";
+type Kind = "png" | "html";
 
 /** What a picture can have besides the view. */
 interface Sources {
@@ -22,7 +22,6 @@ interface Sources {
 
 const NOTES: Record<Kind, string> = {
   png: "The view with its title, legend and scales; with the section and the answer of Compare while they are open.",
-  webp: "One turn around the upright axis, again and again. Web browsers and slides show it.",
   html: "One file with all gamuts that are shown, as they are shown, and the list of colours. It works without a network.",
 };
 /** A picture at 16:9 in CSS pixels, and its pixels for each of them: 1920 × 1080, with text for slides. */
@@ -30,32 +29,28 @@ const WIDE = { width: 1280, height: 720, ratio: 1.5 };
 /** The part of its width that a chart beside the view has, and the largest height of such a chart relative to its width. */
 const CHART_PART = 0.4;
 const CHART_HEIGHT = 1.25;
-/** Smallest and largest number of frames of a turn. */
-const FRAMES = [36, 90] as const;
 
 export function connectSaving(page: Page, sources: Sources): void {
   const dialog = byId<HTMLDialogElement>("take-away");
   const kind = byId<HTMLSelectElement>("save-kind");
   const button = byId<HTMLButtonElement>("save-file");
   const close = byId("save-close");
-  const bar = byId<HTMLProgressElement>("save-progress");
   const preview = byId("save-preview");
   const saving = new Latest();
   const previewing = new Latest();
   const refresh = () => {
     const chosen = kind.value as Kind;
-    for (const part of dialog.querySelectorAll<HTMLElement>("[data-kinds]")) part.hidden = !part.dataset["kinds"]!.includes(chosen);
+    for (const part of dialog.querySelectorAll<HTMLElement>(".of-picture")) part.hidden = chosen !== "png";
     byId("save-note").textContent = NOTES[chosen];
     byId("save-clear-note").hidden = chosen !== "png" || !isClear();
     button.disabled = page.shown.length === 0 || saving.isAsking;
-    bar.hidden = !saving.isAsking || chosen !== "webp";
     close.textContent = saving.isAsking ? "Cancel" : "Close";
   };
   /** Draw what would be saved, as large as the preview is. */
   const look = () => {
     previewing.end();
     if (!dialog.open || kind.value === "html" || page.shown.length === 0) return preview.replaceChildren();
-    const picture = pictureOf(page, kind.value as Kind, sources);
+    const picture = pictureOf(page, sources);
     const { width, height, ratio } = picture;
     const size = [width, height].map((pixels) => Math.floor(pixels * ratio)).join(" × ");
     const small = (preview.clientWidth * devicePixelRatio) / width;
@@ -90,11 +85,10 @@ export function connectSaving(page: Page, sources: Sources): void {
     look();
   });
   button.addEventListener("click", () => {
-    bar.value = 0;
     const name = page.shown.map(({ gamut }) => gamut.name).join(" and ");
     const type = kind.value as Kind;
     void saving.ask(
-      (signal) => content(page, type, sources, (part) => (bar.value = part), signal),
+      (signal) => content(page, type, sources, signal),
       (file) => {
         save(file, `${name}.${type}`);
         dialog.close();
@@ -128,8 +122,7 @@ export function linkTo(page: Page): string {
   return `${address(`/v1/gamuts/${first.gamut.id}`)}#${state.join("&")}`;
 }
 
-async function content(page: Page, kind: Kind, sources: Sources, progress: (part: number) => void, signal: AbortSignal): Promise<Blob> {
-  const { view } = page;
+async function content(page: Page, kind: Kind, sources: Sources, signal: AbortSignal): Promise<Blob> {
   if (kind === "html") {
     const [first, ...others] = page.shown.map(({ gamut }) => gamut.id);
     const state = new URLSearchParams(page.address.text);
@@ -139,36 +132,25 @@ async function content(page: Page, kind: Kind, sources: Sources, progress: (part
     const answer = await request(path, { headers: { Accept: "text/html" }, signal });
     return new Blob([withState(await answer.text(), { address: String(state), ...kept })], { type: "text/html" });
   }
-  const picture = pictureOf(page, kind, sources);
-  if (kind === "png") return pngPicture(view, picture);
-  return turntable(view, picture, within("save-frames", ...FRAMES), progress, signal);
-}
-
-/** The number of a field, held within its limits. */
-function within(id: string, least: number, most: number): number {
-  const field = byId<HTMLInputElement>(id);
-  const value = Math.round(Math.min(Math.max(Number(field.value) || least, least), most));
-  field.value = String(value);
-  return value;
+  return pngPicture(page.view, pictureOf(page, sources));
 }
 
 function isClear(): boolean {
   return byId<HTMLInputElement>("save-clear").checked;
 }
 
-/** What is drawn: a turning picture has no chart and no figures beside it. */
-function pictureOf(page: Page, kind: Kind, { figure, comparison }: Sources): Picture {
+/** What is drawn: the view, and the chart and the figures beside it that are open. */
+function pictureOf(page: Page, { figure, comparison }: Sources): Picture {
   const { axes } = page.view;
   const { gamut } = page.shown[0]!;
   const { space } = gamut.options;
   const step = axes === null ? "" : `: lines of the grid are ${axes.step} apart in ${axisNames(gamut).join(", ")}`;
   const cut = byId("plane-handle").hidden ? "" : `; cut at ${byId("plane-text").textContent}`;
   const stage = byId("stage");
-  const isStill = kind === "png";
   const isWide = byId<HTMLSelectElement>("save-shape").value === "wide";
   const theme = { ...pageTheme(stage, "--stage"), isClear: true };
-  const bars = isStill ? comparison.bars : [];
-  const shown = isStill ? figure.size : null;
+  const { bars } = comparison;
+  const shown = figure.size;
   const isBelow = !isWide && figure.isBelow;
   const frame = isWide ? WIDE : {
     width: stage.clientWidth + (isBelow ? 0 : (shown?.width ?? 0)),
@@ -194,6 +176,6 @@ function pictureOf(page: Page, kind: Kind, { figure, comparison }: Sources): Pic
     colour: theme.text,
     line: theme.line,
     ground: theme.back,
-    isClear: isStill && isClear(),
+    isClear: isClear(),
   };
 }

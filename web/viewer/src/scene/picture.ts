@@ -1,9 +1,8 @@
-// Pictures of the view in any size, with title, legend and labels: PNG and turntable.
+// Pictures of the view in any size, with title, legend and labels.
 import { SCREEN } from "../colours/colours.js";
 import { FONT, type Edges, type Label, TEXT_SIZE } from "./axes.js";
 import { type Size, escaped } from "../charts/chart.js";
 import type { View } from "./scene.js";
-import { animatedWebp } from "./webp.js";
 
 /** How much of another gamut one covers. */
 export interface PictureBar {
@@ -47,41 +46,20 @@ const BAR = 9;
 const BAR_WIDTH = 480;
 /** Bars stand behind their texts if there is so much room, else below them. */
 const WIDE = 560;
-/** Time in ms of a whole turn. */
-const TURN = 8000;
-const QUALITY = 0.9;
 
 /** The view as a PNG file. */
 export async function pngPicture(view: View, picture: Picture): Promise<Blob> {
-  return encoded(await drawnPicture(view, picture), "image/png");
+  const canvas = await drawnPicture(view, picture);
+  return new Promise((resolve, reject) =>
+    canvas.toBlob((blob) => (blob === null ? reject(new Error("This browser cannot save so large a picture. Choose a smaller one.")) : resolve(blob))),
+  );
 }
 
 /** The view as a picture on a canvas. */
 export async function drawnPicture(view: View, picture: Picture): Promise<HTMLCanvasElement> {
   const context = contextFor(picture);
-  await drawOn(context, view, picture, null);
+  await drawOn(context, view, picture);
   return context.canvas;
-}
-
-/** An animated WebP file in which the gamuts turn around the upright axis once. */
-export async function turntable(
-  view: View,
-  picture: Picture,
-  frames: number,
-  progress: (part: number) => void,
-  signal: AbortSignal,
-): Promise<Blob> {
-  const context = contextFor(picture);
-  const pictures: Uint8Array[] = [];
-  for (let i = 0; i < frames; i++) {
-    await drawOn(context, view, picture, (2 * Math.PI * i) / frames);
-    const frame = await encoded(context.canvas, "image/webp", QUALITY);
-    if (frame.type !== "image/webp") throw new Error("This browser cannot write WebP pictures. Chromium and Firefox can.");
-    signal.throwIfAborted();
-    pictures.push(new Uint8Array(await frame.arrayBuffer()));
-    progress((i + 1) / frames);
-  }
-  return animatedWebp(pictures, context.canvas.width, context.canvas.height, Math.round(TURN / frames));
 }
 
 function contextFor({ width, height, ratio }: Picture): CanvasRenderingContext2D {
@@ -93,9 +71,9 @@ function contextFor({ width, height, ratio }: Picture): CanvasRenderingContext2D
   return context;
 }
 
-async function drawOn(context: CanvasRenderingContext2D, view: View, picture: Picture, azimuth: number | null): Promise<void> {
+async function drawOn(context: CanvasRenderingContext2D, view: View, picture: Picture): Promise<void> {
   const { canvas } = context;
-  const text = view.at({ ...picture, ...viewSize(picture) }, edges(picture), azimuth, (seen, labels) => {
+  const text = view.at({ ...picture, ...viewSize(picture) }, edges(picture), (seen, labels) => {
     context.clearRect(0, 0, canvas.width, canvas.height);
     context.fillStyle = picture.ground;
     if (!picture.isClear) context.fillRect(0, 0, canvas.width, canvas.height);
@@ -114,16 +92,6 @@ function viewSize({ width, height, bars, chart }: Picture): Size {
   const down = chart?.isBelow ? height - chart.height : height;
   const bar = BAR_LINE + (across < WIDE ? BAR_LINE / 2 : 0);
   return { width: across, height: down - (bars.length === 0 ? 0 : MARGIN / 2 + bar * bars.length) };
-}
-
-function encoded(canvas: HTMLCanvasElement, type: string, quality?: number): Promise<Blob> {
-  return new Promise((resolve, reject) =>
-    canvas.toBlob(
-      (blob) => (blob === null ? reject(new Error("This browser cannot save so large a picture. Choose a smaller one.")) : resolve(blob)),
-      type,
-      quality,
-    ),
-  );
 }
 
 /** Room for the texts above and below. */

@@ -283,20 +283,17 @@ export class View {
   /**
    * Draw the view in another size, and let something take the canvas and the labels.
    *
-   * `covered` is kept free. With `isClear` there is no ground. With an azimuth, everything is turned by
-   * it and fits at every azimuth.
-   * The picture on the screen stays as it is.
+   * `covered` is kept free. With `isClear` there is no ground. The picture on the screen stays as it is.
    */
   at<T>(
     { width, height, ratio, isClear }: { width: number; height: number; ratio: number; isClear: boolean },
     covered: Edges,
-    azimuth: number | null,
     take: (canvas: HTMLCanvasElement, labels: Label[]) => T,
   ): T {
     const { camera, canvas, controls, renderer } = this;
     const kept = camera.clone();
     const screen = { width: this.width, height: this.height, covered: this.covered };
-    const scale = azimuth === null ? this.scale : 1;
+    const { scale } = this;
     Object.assign(this, { width, height, covered });
     try {
       renderer.setDrawingBufferSize(width, height, ratio);
@@ -304,10 +301,8 @@ export class View {
       if (buffer.drawingBufferWidth < Math.floor(width * ratio) || buffer.drawingBufferHeight < Math.floor(height * ratio)) {
         throw new Error("This browser cannot draw so large a picture. Choose a smaller one.");
       }
-      const fitted = azimuth === null ? this.fitted : null;
-      const place = this.fittedPlace(fitted ?? this.towardsCamera, azimuth !== null);
-      const target = azimuth === null && fitted === null ? controls.target : place.target;
-      place.offset.theta += azimuth ?? 0;
+      const place = this.fittedPlace(this.fitted ?? this.towardsCamera, false);
+      const target = this.fitted === null ? controls.target : place.target;
       if (camera === this.orthographic) camera.zoom = scale * place.zoom;
       else place.offset.radius /= scale;
       camera.position.setFromSpherical(place.offset).add(target);
