@@ -41,7 +41,9 @@ async function take(name, path, selectors, prepare = compared, size = SIZE, { pa
   await prepare(page);
   await new Promise((resolve) => setTimeout(resolve, pause));
   await page.$eval(selectors[0], (part) => part.scrollIntoView({ block: "nearest" }));
-  await page.screenshot({ path: join(FOLDER, `${name}.png`), clip: await box(page, selectors, margin) });
+  // Without a larger viewport, to which the page would scroll.
+  const clip = await box(page, selectors, margin);
+  await page.screenshot({ path: join(FOLDER, `${name}.png`), clip, captureBeyondViewport: false });
   await page.close();
 }
 
