@@ -88,9 +88,9 @@ def rings(
     from gamutcore.questions import RINGS, build_warnings, comparison_warnings  # noqa: PLC0415
 
     axes = drawing_axes(output)
-    alone = reference is None
-    gamut = gamut_of(source, ctx, alone=alone)
-    other = None if reference is None else gamut_of(reference, ctx, alone=False)
+    sources = [source] if reference is None else [source, reference]
+    gamut, *others = (gamut_of(name, ctx, among=sources) for name in sources)
+    other = next(iter(others), None)
     level: dict[str, Any] = {"triangles": triangles, "max_error": max_error}
     if other is None:
         stated = state(gamut.conditions)

@@ -52,14 +52,14 @@ def report(
 
     if output is not None:
         check_report_suffix(output)
-    alone = reference is None
-    gamut = gamut_of(source, ctx, alone=alone)
+    sources = [source] if reference is None else [source, reference]
+    gamut = gamut_of(source, ctx, among=sources)
     wanted = standard_intent(gamut, standard)
     free = "intent" not in chosen_options(ctx) and not source.lower().endswith(".gamut")
     if free and wanted not in {"", gamut.conditions.intent}:
         choose_option(ctx, "intent", wanted)
-        gamut = gamut_of(source, ctx, alone=alone)
-    other = None if reference is None else gamut_of(reference, ctx, alone=False)
+        gamut = gamut_of(source, ctx, among=sources)
+    other = None if reference is None else gamut_of(reference, ctx, among=sources)
     document = compute(gamut, standard, other)
     if output is None:
         typer.echo(document.to_text(), nl=False)

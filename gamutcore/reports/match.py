@@ -143,7 +143,8 @@ def match(
     progress : callable, optional
         Called with the name of a gamut that has answered, and the fraction of those that are done.
     **options
-        How gamuts are built from files and names, as for `Gamut`.
+        How gamuts are built from files and names, as for `Gamut`. An option is for those that it
+        applies to, and there must be one.
 
     Returns
     -------
@@ -166,14 +167,13 @@ def match(
     """
     terms = MatchTerms(passing, edge_width, delta_e, recipes).checked()
     values, space, labels = _read_colours(colours, space, names)
-    chosen = Options.from_mapping(options).to_mapping()
 
     def ask(gamut: NamedGamut) -> GamutMatch:
         opened, count = open_level(gamut, max_error=max_error, whole=recipes)
         return match_gamut(gamut.name, opened, count, values, space, terms)
 
     answers: list[GamutMatch] = []
-    for answer in in_order(ask, named_gamuts(gamuts, chosen)):
+    for answer in in_order(ask, named_gamuts(gamuts, options)):
         if answers:
             check_space(answers[0], answer)
         answers.append(answer._replace(points=NO_POINTS) if answers else answer)
