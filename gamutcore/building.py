@@ -262,11 +262,10 @@ def fitting_options(
     settings = {option_name(name): value for name, value in settings.items()}
     unused, refusals = set(settings), dict[str, OptionError]()
     choices: list[dict[str, Any]] = []
+    built: object = None
     for name, content in inputs:
         if content is None:
-            why = f"{name} is a gamut that is built already"
-            for option, value in settings.items():
-                refusals.setdefault(option, OptionError.not_applicable(option, value, why))
+            built = name
             choices.append({})
             continue
         fitting = dict(settings)
@@ -283,9 +282,12 @@ def fitting_options(
                 del fitting[option]
         unused -= fitting.keys()
         choices.append(fitting)
-    for option, error in refusals.items():
+    for option in settings:
+        if option in refusals.keys() & unused:
+            raise refusals[option]
         if option in unused:
-            raise error
+            why = f"{built} is a gamut that is built already"
+            raise OptionError.not_applicable(option, settings[option], why)
     return choices
 
 

@@ -412,6 +412,10 @@ def map_colours(
         raise typer.BadParameter("Pictures have no --colours-in, --columns, --scale and --json.")
     if picture and output is None:
         raise typer.BadParameter("Give a file for the picture.", param_hint="--output")
+    if picture and output is not None:
+        from gamutcore.export.picture_file import check_written  # noqa: PLC0415
+
+        check_written(output, device=to == "device")
     _check_source(method, from_gamut)
     given_options = {
         "--depth": depth,

@@ -9,6 +9,7 @@ import re
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from errno import EISDIR, ENOENT
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -168,6 +169,17 @@ class BuildCommand(TyperCommand):
             _describe(own, self.question)
         taken = {name for option in own for name in option.opts}
         return [*own, *_build_options(taken)]
+
+    def invoke(self, ctx: Any) -> Any:  # noqa: ANN401
+        """Run the command, unless a file cannot be written for lack of its folder."""
+        for name in ("output", "heat_map"):
+            if ctx.params.get(name) is not None:
+                path = Path(ctx.params[name])
+                if not path.parent.is_dir():
+                    raise FileNotFoundError(ENOENT, "There is no such folder.", str(path.parent))
+                if path.is_dir():
+                    raise IsADirectoryError(EISDIR, "This is a folder. Name a file.", str(path))
+        return super().invoke(ctx)
 
     def format_help_text(self, ctx: Any, formatter: Any) -> None:  # noqa: ANN401
         """Write what the command does: the first paragraph, unless all is asked for."""
@@ -337,14 +349,12 @@ def gamut_of(
     from gamutcore.content import gamut_source, is_saved_gamut  # noqa: PLC0415
     from gamutcore.errors import OptionError, errors_in  # noqa: PLC0415
     from gamutcore.gamut import Gamut  # noqa: PLC0415
-    from gamutcore.options import Options, option_value  # noqa: PLC0415
+    from gamutcore.options import Options  # noqa: PLC0415
 
-    options = {name: option_value(name, text) for name, text in chosen_options(ctx).items()}
+    options = _fitting(source, among, ctx)
     input_data = gamut_source(source)
     reference = None if isinstance(input_data, bytes) else input_data
     data = input_data if isinstance(input_data, bytes) else input_data.data
-    if len(among) > 1:
-        options = _fitting(source, among, ctx, options)
     if is_saved_gamut(data):
         for name, value in options.items():
             raise OptionError.not_applicable(
@@ -365,11 +375,12 @@ def gamut_of(
     return gamut
 
 
-def _fitting(
-    source: str, among: Sequence[str], ctx: typer.Context, options: dict[str, Any]
-) -> dict[str, Any]:
-    """Return those of the options that apply to one of several gamuts."""
-    if not options:
+def _fitting(source: str, among: Sequence[str], ctx: typer.Context) -> dict[str, Any]:
+    """Return the options of the command, of several gamuts those that apply to one of them."""
+    from gamutcore.options import option_value  # noqa: PLC0415
+
+    options = {name: option_value(name, text) for name, text in chosen_options(ctx).items()}
+    if not options or not among:
         return options
     from gamutcore.building import fitting_options  # noqa: PLC0415
     from gamutcore.content import gamut_source, is_saved_gamut  # noqa: PLC0415
@@ -435,6 +446,7 @@ def gamuts_of(sources: Sequence[str], ctx: typer.Context) -> list[Gamut | Path]:
 
     gamuts: list[Gamut | Path] = []
     files = _files(sources)
+    _fitting(files[0], files, ctx)  # refuses options before the first is built
     for source in files:
         path = Path(source)
         if path.is_file():

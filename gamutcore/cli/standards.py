@@ -47,9 +47,10 @@ def report(
     standard could not be checked. Unless --intent is given, the gamut has the intent that the
     standard needs for its medium: absolute for prints and reflective displays.
     """
-    from gamutcore.reports import check_report_suffix, standard_intent  # noqa: PLC0415
+    from gamutcore.reports import check_report_suffix, find_standard, standard_intent  # noqa: PLC0415
     from gamutcore.reports import report as compute  # noqa: PLC0415
 
+    find_standard(standard, has_reference=reference is not None)
     if output is not None:
         check_report_suffix(output)
     sources = [source] if reference is None else [source, reference]

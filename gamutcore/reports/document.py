@@ -238,7 +238,7 @@ class Report:
         return file.getvalue()
 
     def to_json(self) -> str:
-        """Return the document as JSON; tables have an array for each column."""
+        """Return the document as JSON; tables have a list of columns with name, unit and values."""
         return json.dumps(self.to_dict(), ensure_ascii=False, indent=1, allow_nan=False) + "\n"
 
     def to_dict(self) -> dict[str, Any]:
@@ -253,11 +253,15 @@ class Report:
                 {
                     "title": table.title,
                     "notes": list(table.notes),
-                    "units": {column.name: column.unit for column in table.columns if column.unit},
-                    "columns": {
-                        column.name: [_plain(value) for value in column.values]
+                    # a list, as a column may have the name of a gamut, and so that of another one
+                    "columns": [
+                        {
+                            "name": column.name or column.kind,
+                            "unit": column.unit,
+                            "values": [_plain(value) for value in column.values],
+                        }
                         for column in table.columns
-                    },
+                    ],
                 }
                 for table in self.tables
             ],
@@ -493,6 +497,8 @@ td { white-space: nowrap }
   background: color-mix(in srgb, currentcolor 12%, transparent) }
 figure { margin: 1.5rem 0 } figcaption { font-weight: 600 }
 img { max-width: 100%; height: auto; background: #fff }
+@media print { .scroll { max-height: none; overflow: visible } th { position: static }
+  th button::after { content: none !important } tr, figure { break-inside: avoid } }
 """ + "".join(
     f".s{shade} {{ background: color-mix(in srgb, #38c {100 * shade // SHADES}%, transparent) }}\n"
     for shade in range(SHADES + 1)
