@@ -304,7 +304,7 @@ _REMEDY = "Write the format of the picture itself, or PNG or TIFF."
 
 
 def check_written(path: Path, *, device: bool = False) -> None:
-    """Refuse a file whose suffix is of no format that pictures, or device values, are written in."""
+    """Refuse a file whose suffix is of no format of pictures, or of device values."""
     suffix = path.suffix.lower()
     if device and WRITTEN.get(suffix) != "tiff":
         raise _refusal("Device values are written as TIFF.", "Give a .tif file.")

@@ -47,7 +47,7 @@ MOST_ROWS = 40
 """Rows of a table in text."""
 
 FEWEST = 16
-"""Characters of a column of texts that is shortened in text rather than left out."""
+"""Least characters that a column of texts is shortened to, so that others fit."""
 
 SHADES = 10
 """Shades of cells, from 0 to 1."""
@@ -376,16 +376,19 @@ def _table_text(table: ReportTable) -> str:
     ]
     numeric = [column.is_number for column in table.columns if column.kind != "colour"]
     widths = [max(map(len, column)) for column in cells]
+    excess = sum(widths) + 2 * (len(widths) - 1) - WIDTH
+    texts = [at for at, right in enumerate(numeric) if not right]
+    for at in sorted(texts, key=lambda at: -widths[at]):  # long names must not hide the figures
+        room = max(widths[at] - max(excess, 0), FEWEST, len(cells[at][0]))
+        if room < widths[at]:
+            cells[at] = [
+                cell if len(cell) <= room else f"{cell[: room - 1]}…" for cell in cells[at]
+            ]
+            excess -= widths[at] - room
+            widths[at] = room
     count, total = 0, -2
     while count < len(cells) and total + widths[count] + 2 <= WIDTH:
         total += widths[count] + 2
-        count += 1
-    room = WIDTH - total - 2
-    if count < len(cells) and not numeric[count] and room >= FEWEST:
-        cells[count] = [
-            cell if len(cell) <= room else f"{cell[: room - 1]}…" for cell in cells[count]
-        ]
-        widths[count] = room
         count += 1
     lines = [
         "  ".join(

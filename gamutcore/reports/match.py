@@ -22,7 +22,6 @@ from gamutcore.colour_rows import colour_rows
 from gamutcore.colours.spaces import srgb
 from gamutcore.errors import DeviceModelError, OptionError, errors_in
 from gamutcore.number_text import number_text
-from gamutcore.options import Options
 from gamutcore.questions import (
     check_space,
     colours_in,
@@ -61,6 +60,9 @@ NO_POINTS = np.empty((0, 3))
 
 MOST_NAMED = 3
 """Most gamuts whose names are in the sentence on those that print most."""
+
+LONGEST = 24
+"""Characters of the name of a gamut as a heading."""
 
 MOST_COLUMNS = 20
 """Most gamuts that have a column in the table of colours."""
@@ -426,11 +428,18 @@ def _colour_table(match: ColourMatch, order: list[int]) -> ReportTable:
     ]
     notes = []
     if len(order) <= MOST_COLUMNS:
-        columns += [ReportColumn(match.gamuts[at], match.excess[:, at]) for at in order]
+        columns += [
+            ReportColumn(name, match.excess[:, at], heading=_heading(name))
+            for at, name in ((at, match.gamuts[at]) for at in order)
+        ]
         notes.append(
             f"The columns of gamuts have {unit} from the nearest colour of the gamut, 0 in gamut."
         )
     return ReportTable("Colours", columns, notes)
+
+
+def _heading(name: str) -> str:
+    return name if len(name) <= LONGEST else f"{name[: LONGEST - 1]}…"
 
 
 def _pair_table(match: ColourMatch) -> ReportTable:

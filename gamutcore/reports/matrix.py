@@ -12,7 +12,6 @@ import numpy as np
 from gamutcore import search
 from gamutcore.errors import OptionError
 from gamutcore.number_text import volume_unit
-from gamutcore.options import Options
 from gamutcore.questions import check_space, condition_lines, plot_text, table_warnings
 from gamutcore.reports.document import Chart, Report, ReportColumn, ReportTable
 from gamutcore.reports.gamuts import (

@@ -26,7 +26,7 @@ from gamutcore.errors import OptionError, UnsupportedProfileError
 from gamutcore.gamut import Gamut
 from gamutcore.names import folded
 from gamutcore.number_text import fixed_text
-from gamutcore.questions import draw_rings
+from gamutcore.questions import compared_conditions, draw_rings
 from gamutcore.reports.document import Chart, Report, ReportColumn, ReportTable
 from gamutcore.reports.signals import SIGNAL_COUNTS, cube_faces, signal_levels
 from gamutcore.results import GamutRings
@@ -154,7 +154,15 @@ def report(
         conditions["Reference white"] = _white(other)
     conditions["Not checked"] = chosen.not_checked
     warnings = [*parts.warnings, *_intent_warnings(gamut, chosen)]
-    warnings += gamut.conditions.build_warnings if other is None else gamut.warnings_about(other)
+    if other is None:
+        warnings += gamut.conditions.build_warnings
+    else:
+        other_name = other.name or "The reference"
+        names = ("A", "B") if name == other_name else (name, other_name)
+        both = gamut.conditions, other.conditions
+        for side, each in zip(names, both, strict=True):
+            warnings += [f"{side}: {warning}" for warning in each.build_warnings]
+        warnings += compared_conditions(*both, names)
     return Report(
         f"{chosen.title}: {name}",
         parts.sentences,
@@ -746,7 +754,7 @@ def _comparison_parts(gamut: Gamut, reference: Gamut | None) -> _Parts:
                 ],
             ),
         ],
-        found.warnings,
+        (),  # those about two gamuts are added with their names
         (),
         {**rows, **volumes},
     )

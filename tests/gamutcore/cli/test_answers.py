@@ -468,8 +468,8 @@ def write_cube(path):
     primaries = np.array([[41.24, 35.76, 18.05], [21.26, 71.52, 7.22], [1.93, 11.92, 95.05]])
     device = np.array(list(np.ndindex(3, 3, 3))) / 2
     lines = ["RGB_R,RGB_G,RGB_B,XYZ_X,XYZ_Y,XYZ_Z"]
-    for row in device:
-        lines.append(",".join(f"{value:.5g}" for value in (*(255 * row), *(primaries @ row**2.2))))
+    values = ((*(255 * row), *(primaries @ row**2.2)) for row in device)
+    lines += [",".join(f"{value:.5g}" for value in row) for row in values]
     path.write_text("\n".join(lines))
     return path
 

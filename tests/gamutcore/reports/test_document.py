@@ -52,6 +52,18 @@ def test_csv_and_json_have_the_numbers_in_full(report):
     assert document["warnings"] == ["Two whites differ."]
 
 
+def test_a_long_name_leaves_room_for_the_figures():
+    names = ["A press with coated paper of 135 g per square metre, " * 3, "srgb"]
+    columns = [ReportColumn("gamut", names), ReportColumn("volume", [1.25, 2.5])]
+    columns.append(ReportColumn("worst", ["Emerald 4.9, Turquoise 3.0, Lagoon 2.4 " * 2, ""]))
+    text = Report("Long", ["."], tables=[ReportTable("t", columns)]).to_text()
+    assert max(map(len, text.splitlines())) <= 80
+    assert "1.25" in text
+    assert "…" in text
+    assert "Emerald" in text
+    assert "not fit" not in text
+
+
 def test_columns_of_equal_names_stay_apart_in_json():
     """A table of colours has a column for each gamut, whatever the name of the gamut is."""
     columns = [ReportColumn("best", ["best", "b"]), ReportColumn("best", [0.0, 1.5], "ΔE00")]
