@@ -295,7 +295,7 @@ def _parse_header(data: bytes) -> tuple[dict[str, Any], int]:
     begin = PREFIX.size + size
     if PREFIX.size < len(data) < begin <= LARGEST_HEADER and data[PREFIX.size :].startswith(b'{"'):
         message = f"the file is cut off after {len(data)} bytes, within its header"
-        raise HistoryFileError(message, where={"byte": len(data)}, remedy=DAMAGE_REMEDY)
+        raise HistoryFileError(message, where={"byte": 0}, remedy=DAMAGE_REMEDY)
     if not 2 <= size <= LARGEST_HEADER or len(data) < begin:
         raise HistoryFileError(
             "this is not a history file: it does not begin with the length of a header",
