@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import hashlib
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple, cast
@@ -55,12 +56,12 @@ from gamutcore.colours import (
 from gamutcore.colours.device_model import Fit
 from gamutcore.colours.spaces import ColourSpace
 from gamutcore.decimation import decimate
-from gamutcore.errors import BoundaryError, FlatPointsError, OptionError
+from gamutcore.errors import BoundaryError, FlatPointsError, OptionError, errors_in
 from gamutcore.history import MINIMUM_TRIANGLES, build_history
 from gamutcore.levels import curve_counts, error_curve, round_up
 from gamutcore.limits import Limits, apply_limits
 from gamutcore.number_text import number_text
-from gamutcore.options import Options
+from gamutcore.options import DATA_KINDS, OPTIONS, Options, option_name
 from gamutcore.references import Reference
 from gamutcore.search import (
     build_index,
@@ -87,6 +88,7 @@ __all__ = [
     "STAGES",
     "build",
     "device_model",
+    "fitting_options",
     "gamut_id",
     "parsed_input",
     "report_progress",
@@ -246,6 +248,47 @@ def parsed_input(content: bytes, options: Options, limits: Limits) -> Characteri
         parsed = _read_input(content, options)
     options.check_data(_data_kind(parsed))
     return parsed if options.inks is None else _rename_inks(parsed, options.inks)
+
+
+def fitting_options(
+    inputs: Iterable[tuple[object, bytes | None]], settings: Mapping[str, Any]
+) -> list[dict[str, Any]]:
+    """Return the options of each of several inputs: those that apply to its data.
+
+    An input has a name for errors, a path for example, and no content if it is built already. An
+    option that applies to none of the inputs is refused.
+    """
+    Options.from_mapping(settings)  # refuses values
+    settings = {option_name(name): value for name, value in settings.items()}
+    unused, refusals = set(settings), dict[str, OptionError]()
+    choices: list[dict[str, Any]] = []
+    built: object = None
+    for name, content in inputs:
+        if content is None:
+            built = name
+            choices.append({})
+            continue
+        fitting = dict(settings)
+        while any(len(OPTIONS[option].data) < len(DATA_KINDS) for option in fitting):
+            try:
+                with errors_in(name):
+                    parsed_input(content, Options.from_mapping(fitting), Limits())
+                break
+            except OptionError as error:
+                option = str(error.where.get("field"))
+                if option not in fitting:
+                    raise
+                refusals.setdefault(option, error)
+                del fitting[option]
+        unused -= fitting.keys()
+        choices.append(fitting)
+    for option in settings:
+        if option in refusals.keys() & unused:
+            raise refusals[option]
+        if option in unused:
+            why = f"{built} is a gamut that is built already"
+            raise OptionError.not_applicable(option, settings[option], why)
+    return choices
 
 
 def _rename_inks(parsed: Characterisation, inks: str) -> Characterisation:

@@ -398,8 +398,9 @@ def map_colours(
     difference delta_e_2000, and its device values in per cent, which exist on the surface only.
 
     A picture is written to a .png, .tif, .exr or .jpg file with its encoding, profile, depth and
-    alpha. Pixels in gamut keep their values, except by --method spatial, which is for pictures
-    only. With --depth, floats can be written as PNG and JPEG:
+    alpha. Pixels in gamut keep their values, except by --method sgck and spatial, and with
+    black-point compensation, the default of relative gamuts; --no-bpc switches it off. With
+    --depth, floats can be written as PNG and JPEG:
     integers of a picture in linear light are sRGB. --to names another encoding: an RGB space, whose
     profile is embedded, or the device itself, such as CMYK with the profile of --gamut.
 
@@ -411,6 +412,10 @@ def map_colours(
         raise typer.BadParameter("Pictures have no --colours-in, --columns, --scale and --json.")
     if picture and output is None:
         raise typer.BadParameter("Give a file for the picture.", param_hint="--output")
+    if picture and output is not None:
+        from gamutcore.export.picture_file import check_written  # noqa: PLC0415
+
+        check_written(output, device=to == "device")
     _check_source(method, from_gamut)
     given_options = {
         "--depth": depth,
@@ -429,14 +434,14 @@ def map_colours(
     table = None if picture else _table(colours, colours_in, columns, scale)
     sources = [gamut] if from_gamut is None else [gamut, from_gamut]
     space = _space_for_picture(ctx, sources) if picture else None
-    target_gamut = gamut_of(gamut, ctx, alone=from_gamut is None, space=space)
+    target_gamut = gamut_of(gamut, ctx, among=sources, space=space)
     options: dict[str, Any] = {
         "focus": focus
         if focus is None or focus == "cusp"
         else numbers_of(focus, "--focus", "Give three numbers L,a,b."),
         "source": None
         if from_gamut is None
-        else gamut_of(from_gamut, ctx, alone=False, space=space),
+        else gamut_of(from_gamut, ctx, among=sources, space=space),
         "black_point_compensation": black_point_compensation
         if picture
         else bool(black_point_compensation),
@@ -604,7 +609,7 @@ def compare(
         _check_interval_options(noise, instrument, same_instrument=same_instrument)
     elif form == "csv":
         raise typer.BadParameter("Intervals are written as text or JSON.", param_hint="--output")
-    one, two = (gamut_of(source, ctx, alone=False) for source in gamuts)
+    one, two = (gamut_of(source, ctx, among=gamuts) for source in gamuts)
     names = [Path(name).stem if Path(name).exists() else name for name in gamuts]
     # names that may be mistaken for the letters of the summary are not put into it
     named = len({*names, "A", "B"}) > 3

@@ -91,8 +91,16 @@ def build(
 
     All commands open such a file at once.
     """
-    gamut = gamut_of(source, ctx)
+    from gamutcore.export.viewer_page import HTML_SUFFIXES  # noqa: PLC0415
+
     path = output or Path(Path(source).with_suffix(".gamut").name)
+    if path.suffix.lower() not in {".gamut", "", *HTML_SUFFIXES}:
+        raise typer.BadParameter(
+            f"{path.name} does not end in .gamut, or in .html for a page. gamut export writes "
+            "meshes, pictures and tables.",
+            param_hint="--output",
+        )
+    gamut = gamut_of(source, ctx)
     gamut.save(path)
     if as_json:
         write_facts({"file": str(path), **_facts(gamut)}, None, as_json=True)
@@ -229,6 +237,8 @@ def export(
             param_hint="--output",
         )
     table = table or "vertices"
+    if table not in {"vertices", "cusps", "leaves", "levels"}:
+        raise typer.BadParameter("Give vertices, cusps, leaves or levels.", param_hint="--table")
     gamut = gamut_of(source, ctx)
     columns: dict[str, Any]
     if table == "levels":
@@ -246,7 +256,7 @@ def export(
         columns = {name: getattr(cusps, name) for name in ("hue", "lightness", "chroma")}
         if cusps.device is not None:
             columns |= dict(zip(cusps.channels, (100.0 * cusps.device).T, strict=True))
-    elif table == "leaves":
+    else:
         leaves = gamut.leaves(triangles=triangles, max_error=max_error)
         columns = {
             "hue": leaves.hue.repeat(len(leaves.lightness)),
@@ -256,8 +266,6 @@ def export(
         if leaves.largest_device is not None:
             values = (100.0 * leaves.largest_device).reshape(-1, len(leaves.channels)).T
             columns |= dict(zip(leaves.channels, values, strict=True))
-    else:
-        raise typer.BadParameter("Give vertices, cusps, leaves or levels.", param_hint="--table")
     as_json = as_json or (output is not None and output.suffix.lower() == ".json" and not as_csv)
     stated = state(gamut.conditions)
     write_table(columns, output, as_json=as_json, as_csv=not as_json, stated=stated)

@@ -9,6 +9,7 @@ import re
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from errno import EISDIR, ENOENT
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -169,6 +170,17 @@ class BuildCommand(TyperCommand):
         taken = {name for option in own for name in option.opts}
         return [*own, *_build_options(taken)]
 
+    def invoke(self, ctx: Any) -> Any:  # noqa: ANN401
+        """Run the command, unless a file cannot be written for lack of its folder."""
+        for name in ("output", "heat_map"):
+            if ctx.params.get(name) is not None:
+                path = Path(ctx.params[name])
+                if not path.parent.is_dir():
+                    raise FileNotFoundError(ENOENT, "There is no such folder.", str(path.parent))
+                if path.is_dir():
+                    raise IsADirectoryError(EISDIR, "This is a folder. Name a file.", str(path))
+        return super().invoke(ctx)
+
     def format_help_text(self, ctx: Any, formatter: Any) -> None:  # noqa: ANN401
         """Write what the command does: the first paragraph, unless all is asked for."""
         text = inspect.cleandoc(self.help or "")
@@ -327,35 +339,29 @@ def choose_option(ctx: typer.Context, name: str, text: str) -> None:
 
 
 def gamut_of(
-    source: str, ctx: typer.Context, *, alone: bool = True, space: str | None = None
+    source: str, ctx: typer.Context, *, among: Sequence[str] = (), space: str | None = None
 ) -> Gamut:
     """Return the gamut of an argument, built with the options of the command.
 
-    Unless the gamut is `alone` in the command, options that do not apply to a saved gamut or a
-    reference are meant for the others. `space` is the default of the option of this name.
+    `among` are the gamuts of a command that has several. An option is then for those that it
+    applies to, and there must be one. `space` is the default of the option of this name.
     """
     from gamutcore.content import gamut_source, is_saved_gamut  # noqa: PLC0415
     from gamutcore.errors import OptionError, errors_in  # noqa: PLC0415
     from gamutcore.gamut import Gamut  # noqa: PLC0415
-    from gamutcore.options import OPTIONS, Options, option_value  # noqa: PLC0415
+    from gamutcore.options import Options  # noqa: PLC0415
 
-    texts = {**({} if space is None else {"space": space}), **chosen_options(ctx)}
-    options: dict[str, Any] = {name: option_value(name, text) for name, text in texts.items()}
+    options = _fitting(source, among, ctx)
     input_data = gamut_source(source)
-    if isinstance(input_data, bytes):
-        data, reference = input_data, None
-        if is_saved_gamut(data):
-            if options and alone:
-                name, value = next(iter(options.items()))
-                raise OptionError.not_applicable(
-                    name, value, f"{source} is a gamut that is built already"
-                )
-            return Gamut.load(source)
-    else:
-        data, reference = input_data.data, input_data
-        if not alone:
-            options = {name: options[name] for name in options if _fits(OPTIONS[name].data)}
-    chosen = Options.from_mapping(options)
+    reference = None if isinstance(input_data, bytes) else input_data
+    data = input_data if isinstance(input_data, bytes) else input_data.data
+    if is_saved_gamut(data):
+        for name, value in options.items():
+            raise OptionError.not_applicable(
+                name, value, f"{source} is a gamut that is built already"
+            )
+        return Gamut.load(source)
+    chosen = Options.from_mapping(options if space is None else {"space": space, **options})
 
     def build() -> Gamut:
         place = source if reference is None else None
@@ -367,6 +373,31 @@ def gamut_of(
     gamut = build()
     gamut.name = gamut.name or Path(source).stem
     return gamut
+
+
+def _fitting(source: str, among: Sequence[str], ctx: typer.Context) -> dict[str, Any]:
+    """Return the options of the command, of several gamuts those that apply to one of them."""
+    from gamutcore.options import option_value  # noqa: PLC0415
+
+    options = {name: option_value(name, text) for name, text in chosen_options(ctx).items()}
+    if not options or not among:
+        return options
+    from gamutcore.building import fitting_options  # noqa: PLC0415
+    from gamutcore.content import gamut_source, is_saved_gamut  # noqa: PLC0415
+
+    def content(name: str) -> bytes | None:
+        data = gamut_source(name)
+        if isinstance(data, bytes):
+            return None if is_saved_gamut(data) else data
+        return data.data
+
+    key = f"{_CHOSEN}: {[*among]} {options}"
+    if key not in ctx.meta:
+        named = dict.fromkeys(among)
+        choices = fitting_options(((name, content(name)) for name in named), options)
+        ctx.meta[key] = dict(zip(named, choices, strict=True))
+    fitting: dict[str, Any] = ctx.meta[key][source]
+    return fitting
 
 
 def _files(given: Sequence[str]) -> list[str]:
@@ -414,14 +445,16 @@ def gamuts_of(sources: Sequence[str], ctx: typer.Context) -> list[Gamut | Path]:
     from gamutcore.content import is_saved_gamut  # noqa: PLC0415
 
     gamuts: list[Gamut | Path] = []
-    for source in _files(sources):
+    files = _files(sources)
+    _fitting(files[0], files, ctx)  # refuses options before the first is built
+    for source in files:
         path = Path(source)
         if path.is_file():
             with path.open("rb") as file:
                 if is_saved_gamut(file.read(64)):
                     gamuts.append(path)
                     continue
-        gamut = gamut_of(source, ctx, alone=False)
+        gamut = gamut_of(source, ctx, among=files)
         if path.is_file():
             gamut.name = path.stem
         gamuts.append(gamut)
@@ -468,10 +501,6 @@ STAGE_WORDS = {
     "metric": "Measuring the levels",
 }
 """Stages of a build in plain words, as the viewer has them in ``progress.ts``."""
-
-
-def _fits(kinds: tuple[str, ...]) -> bool:
-    return "reference" in kinds
 
 
 @contextmanager

@@ -320,12 +320,20 @@ def _distinct(names: Sequence[str]) -> list[str]:
     return distinct_names
 
 
-def drawing_axes(output: Path | None, **kind: Any) -> Any | None:  # noqa: ANN401  # of matplotlib
+def drawing_axes(
+    output: Path | None,
+    *,
+    as_json: bool,
+    as_csv: bool,
+    **kind: Any,  # noqa: ANN401  # of matplotlib
+) -> Any | None:  # noqa: ANN401
     """Return new axes if a file is a drawing by its suffix; without matplotlib, the error says so.
 
-    Commands call this before they build a gamut.
+    Files that are neither a drawing nor a table are refused: commands call this before they build a
+    gamut.
     """
     if output is None or output.suffix.lower() not in DRAWINGS:
+        answer_form(output, as_json=as_json, as_csv=as_csv, others=DRAWINGS)
         return None
     from gamutcore.questions import figure  # noqa: PLC0415
 
@@ -354,16 +362,22 @@ def write_bytes(data: bytes, output: Path | None) -> None:
         output.write_bytes(data)
 
 
-def answer_form(output: Path | None, *, as_json: bool, as_csv: bool) -> str:
-    """Return "text", "json" or "csv", as the options or the suffix of the file say."""
+def answer_form(
+    output: Path | None, *, as_json: bool, as_csv: bool, others: Sequence[str] = ()
+) -> str:
+    """Return "text", "json" or "csv", as the options or the suffix of the file say.
+
+    `others` are suffixes that the command writes besides.
+    """
     if as_json and as_csv:
         raise typer.BadParameter("Give --json or --csv, not both.")
     if as_json or as_csv:
         return "json" if as_json else "csv"
     suffix = "" if output is None else output.suffix.lower()
     if suffix not in _FORMS:
+        *names, last = (*others, ".txt", ".json", ".csv")
         raise typer.BadParameter(
-            "Give a name that ends in .txt, .json or .csv.", param_hint="--output"
+            f"Give a name that ends in {', '.join(names)} or {last}.", param_hint="--output"
         )
     return _FORMS[suffix]
 

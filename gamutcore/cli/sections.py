@@ -46,11 +46,11 @@ def cut(
     The result is a table of the corners of all polygons with their device values in per cent, or
     a drawing if the output is a .png, .svg or .pdf file. Drawings need matplotlib, the extra plot.
     """
-    axes = drawing_axes(output)
+    axes = drawing_axes(output, as_json=as_json, as_csv=as_csv)
+    numbers = None if plane is None else numbers_of(plane, "--plane", "Give four numbers a,b,c,d.")
     gamut = gamut_of(source, ctx)
     level: dict[str, Any] = {"triangles": triangles, "max_error": max_error}
     stated = state(gamut.conditions)
-    numbers = None if plane is None else numbers_of(plane, "--plane", "Give four numbers a,b,c,d.")
     if output is not None and axes is not None:
         gamut.plot_slice(lightness, axes, hue=hue, plane=numbers, **level)
         write_drawing(axes, output)
@@ -87,10 +87,10 @@ def rings(
     """
     from gamutcore.questions import RINGS, build_warnings, comparison_warnings  # noqa: PLC0415
 
-    axes = drawing_axes(output)
-    alone = reference is None
-    gamut = gamut_of(source, ctx, alone=alone)
-    other = None if reference is None else gamut_of(reference, ctx, alone=False)
+    axes = drawing_axes(output, as_json=as_json, as_csv=as_csv)
+    sources = [source] if reference is None else [source, reference]
+    gamut, *others = (gamut_of(name, ctx, among=sources) for name in sources)
+    other = next(iter(others), None)
     level: dict[str, Any] = {"triangles": triangles, "max_error": max_error}
     if other is None:
         stated = state(gamut.conditions)

@@ -47,19 +47,20 @@ def report(
     standard could not be checked. Unless --intent is given, the gamut has the intent that the
     standard needs for its medium: absolute for prints and reflective displays.
     """
-    from gamutcore.reports import check_report_suffix, standard_intent  # noqa: PLC0415
+    from gamutcore.reports import check_report_suffix, find_standard, standard_intent  # noqa: PLC0415
     from gamutcore.reports import report as compute  # noqa: PLC0415
 
+    find_standard(standard, has_reference=reference is not None)
     if output is not None:
         check_report_suffix(output)
-    alone = reference is None
-    gamut = gamut_of(source, ctx, alone=alone)
+    sources = [source] if reference is None else [source, reference]
+    gamut = gamut_of(source, ctx, among=sources)
     wanted = standard_intent(gamut, standard)
     free = "intent" not in chosen_options(ctx) and not source.lower().endswith(".gamut")
     if free and wanted not in {"", gamut.conditions.intent}:
         choose_option(ctx, "intent", wanted)
-        gamut = gamut_of(source, ctx, alone=alone)
-    other = None if reference is None else gamut_of(reference, ctx, alone=False)
+        gamut = gamut_of(source, ctx, among=sources)
+    other = None if reference is None else gamut_of(reference, ctx, among=sources)
     document = compute(gamut, standard, other)
     if output is None:
         typer.echo(document.to_text(), nl=False)

@@ -35,6 +35,7 @@ __all__ = [
     "WRITTEN",
     "Depth",
     "atomic_write",
+    "check_written",
     "device_writer",
     "in_encoding",
     "picture_writer",
@@ -176,8 +177,7 @@ def picture_writer(path: Path, like: Raster) -> Iterator[Callable[[int, int, NDA
     samples (pixels, channels). A format that cannot store them raises UnsupportedPictureError.
     """
     suffix = path.suffix.lower()
-    if suffix not in WRITTEN:
-        raise _refusal(f"Pictures are not written as {suffix or 'files without a suffix'}.")
+    check_written(path)
     oiio = openimageio()
     names = ["R", "G", "B", *("A" if like.has_alpha else "")]
     spec = oiio.ImageSpec(like.width, like.height, len(names), like.stored)
@@ -248,8 +248,7 @@ def device_writer(
     from PIL.ExifTags import Base as Tag  # noqa: PLC0415  # few pictures become device values
     from PIL.TiffImagePlugin import ImageFileDirectory_v2  # noqa: PLC0415
 
-    if WRITTEN.get(path.suffix.lower()) != "tiff":
-        raise _refusal("Device values are written as TIFF.", "Give a .tif file.")
+    check_written(path, device=True)
     header = like.header
     fields = ImageFileDirectory_v2()
     fields[Tag.ImageWidth], fields[Tag.ImageLength] = like.width, like.height
@@ -302,6 +301,15 @@ def _check(draft: Path, file_format: str, like: Raster) -> None:
 
 
 _REMEDY = "Write the format of the picture itself, or PNG or TIFF."
+
+
+def check_written(path: Path, *, device: bool = False) -> None:
+    """Refuse a file whose suffix is of no format of pictures, or of device values."""
+    suffix = path.suffix.lower()
+    if device and WRITTEN.get(suffix) != "tiff":
+        raise _refusal("Device values are written as TIFF.", "Give a .tif file.")
+    if suffix not in WRITTEN:
+        raise _refusal(f"Pictures are not written as {suffix or 'files without a suffix'}.")
 
 
 def _refusal(message: str, remedy: str = _REMEDY) -> UnsupportedPictureError:

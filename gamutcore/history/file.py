@@ -189,8 +189,10 @@ def history_from_bytes(
     elif ends[-1] != len(data):
         number = int(np.searchsorted(ends, len(data), "right")) - 1
         names = [group_name(group.number) for group in groups] + ["sections"]
-        message = f"the file has {len(data)} bytes, not {ends[-1]}"
-        raise _field_error(names[min(number, len(groups))], message)
+        field = names[min(number, len(groups))]
+        if len(data) < ends[-1]:
+            raise _field_error(field, f"the file is cut off after {len(data)} of {ends[-1]} bytes")
+        raise _field_error(field, f"the file has {len(data)} bytes, not {ends[-1]}")
     contents = [data[ends[group.number] : ends[group.number + 1]] for group in groups]
     device = None
     if section is not None:
@@ -261,7 +263,8 @@ def history_prefix(path: Path, triangles: Callable[[dict[str, Any] | None], int]
         size = sum(group.nbytes for group in groups)
         content = file.read(size)
     if len(content) < size:
-        raise _field_error("groups", f"the file ends after {len(head) + len(content)} bytes")
+        message = f"the file is cut off after {len(head) + len(content)} bytes"
+        raise _field_error("groups", message)
     return head + content
 
 
@@ -290,6 +293,9 @@ def _parse_header(data: bytes) -> tuple[dict[str, Any], int]:
     remedy = "Give a file as delivered under /history."
     size, crc32 = PREFIX.unpack(data[: PREFIX.size]) if len(data) >= PREFIX.size else (0, 0)
     begin = PREFIX.size + size
+    if PREFIX.size < len(data) < begin <= LARGEST_HEADER and data[PREFIX.size :].startswith(b'{"'):
+        message = f"the file is cut off after {len(data)} bytes, within its header"
+        raise HistoryFileError(message, where={"byte": 0}, remedy=DAMAGE_REMEDY)
     if not 2 <= size <= LARGEST_HEADER or len(data) < begin:
         raise HistoryFileError(
             "this is not a history file: it does not begin with the length of a header",

@@ -13,6 +13,7 @@ from gamutcore.arguments import Choice, Text, WholeNumber, check_option
 from gamutcore.errors import OptionError
 from gamutcore.export.picture_file import DEPTHS
 from gamutcore.pictures.picture_mapping import (
+    BLACK_MOVES,
     BLUE_TURNS,
     MOST_NODES,
     SpatialMoves,
@@ -150,6 +151,7 @@ def map_picture_file(
         )
     if triangles is None and max_error is None:
         max_error = 0.0  # edges of a coarser level are visible as arcs
+    by_default = black_point_compensation is None
     if black_point_compensation is None:
         black_point_compensation = compensates_black(gamut, method)
     by_lab_hue = gamut.colour_space.name == "CIELAB" and method != "clip-nearest"
@@ -204,6 +206,8 @@ def map_picture_file(
     )
     built, about = mapping_warnings(gamut, source, method)
     warnings = built + done.warnings + about
+    if black_point_compensation and by_default and not is_spatial and done.moved > done.outside:
+        warnings += (BLACK_MOVES,)
     if turned:
         warnings += (BLUE_TURNS,)
     return replace(done, warnings=warnings, gamut=gamut.conditions)

@@ -98,6 +98,7 @@ if TYPE_CHECKING:
     Moves = Callable[[FloatArray], tuple[BooleanArray, LongArray, FloatArray]]
 
 __all__ = [
+    "BLACK_MOVES",
     "BLUE_TURNS",
     "HEAT_STEP",
     "TABLE_NODES",
@@ -114,6 +115,12 @@ BLUE_TURNS = (
     f"CIELAB turns blue pixels to purple. Build the gamut with space {PICTURE_SPACE} for pictures."
 )
 """Warning about a gamut in CIELAB."""
+
+BLACK_MOVES = (
+    "Black-point compensation moves colours in gamut as well: black becomes that of the gamut. "
+    "Without black_point_compensation, they keep their values."
+)
+"""Warning if pixels in gamut move, and nobody asked for it."""
 
 _BLUE = 270.0, 310.0
 """Hues of CIELAB in degrees where the loci of constant hue of the Munsell renotation turn by 1.1°
@@ -197,7 +204,8 @@ class MappedPicture(TabularRepr):
     outside : int
         Those whose colours are out of gamut.
     moved : int
-        Those whose colours have another place. More than `outside` if colours in gamut move too.
+        Those that the mapping moves, and whose values are others after rounding, if the result has
+        the encoding and depth of the picture. More than `outside` if colours in gamut move too.
     missed : int
         Those whose mapped colour is not in the encoding of the picture: they have its nearest
         colour, which is more than `VISIBLE` away.
@@ -213,7 +221,7 @@ class MappedPicture(TabularRepr):
     encoding : str
         Of the result.
     warnings : tuple of str
-        Assumptions about the picture, and blue that became purple.
+        Assumptions about the picture, colours in gamut that move, and blue that became purple.
     table_error : TableError, optional
         Error of the table; None if every colour was mapped exactly.
     heat_map : str, optional
@@ -481,6 +489,7 @@ class _Pixels:
         self._full, self._full_result = full_scale(raster.dtype), full_scale(result.dtype)
         self._is_linear = isinstance(meaning, Encoding) and meaning.transfer == "linear"
         self._recoded = device is not None or self._encoded != meaning
+        self._same_codes = not self._recoded and raster.dtype == result.dtype
         self._channels = 3 if device is None else len(device.model.channels)
         linear = isinstance(self._encoded, Encoding) and self._encoded.transfer == "linear"
         self._wide = linear and result.dtype.kind == "f"
@@ -720,6 +729,9 @@ class _Pixels:
             else:
                 values, changes[part], _ = self._exact(given, at[part])
             result[part] = self._scaled(values)
+            if self._same_codes:
+                rounded = (result[part] == samples[part]).all(axis=1)
+                changes["moved"][part][rounded], changes["delta_e"][part][rounded] = False, 0.0
 
         for _ in self._workers.map(write, range(0, len(samples), _AT_A_TIME)):
             pass

@@ -370,13 +370,15 @@ def chromaticity(gamut: GamutLike) -> ChromaticityGamut | None:
     return None if stored is None else ChromaticityGamut.from_mapping(stored)
 
 
-def compared_conditions(one: Conditions, two: Conditions) -> tuple[str, ...]:
+def compared_conditions(
+    one: Conditions, two: Conditions, names: tuple[str, str] = ("A", "B")
+) -> tuple[str, ...]:
     """Return reasons why a comparison may mislead; two media-relative gamuts are one."""
     relative = all(side.is_print and side.intent == "relative" for side in (one, two))
     return (
-        *comparison_warnings(one, two),
+        *comparison_warnings(one, two, names),
         *((MEDIA_RELATIVE,) if relative else ()),
-        *size_warnings(one, two),
+        *size_warnings(one, two, names=names),
     )
 
 

@@ -100,13 +100,13 @@ def _few_patches(provenance: Mapping[str, Any]) -> tuple[str, ...]:
     return (warning,)
 
 
-def size_warnings(*gamuts: Conditions) -> tuple[str, ...]:
+def size_warnings(*gamuts: Conditions, names: tuple[str, ...] = ("A", "B")) -> tuple[str, ...]:
     """Return the warnings about the volumes of a gamut, or of two with their names."""
     if len(gamuts) == 1:
         return gamuts[0].size_warnings
     return tuple(
         f"{name}: {warning}"
-        for name, gamut in zip("AB", gamuts, strict=True)
+        for name, gamut in zip(names, gamuts, strict=True)
         for warning in gamut.size_warnings
     )
 

@@ -23,7 +23,13 @@ from gamutcore.reports.match import (
 )
 from gamutcore.reports.matrix import compare_all, matrix_report
 from gamutcore.reports.signals import SIGNAL_COUNTS, signal_codes, write_signals
-from gamutcore.reports.standards import STANDARDS, Standard, report, standard_intent
+from gamutcore.reports.standards import (
+    STANDARDS,
+    Standard,
+    find_standard,
+    report,
+    standard_intent,
+)
 
 __all__ = [
     "REPORT_SUFFIXES",
@@ -40,6 +46,7 @@ __all__ = [
     "compare_all",
     "distinct_name",
     "drift",
+    "find_standard",
     "gathered_match",
     "match_gamut",
     "match_report",

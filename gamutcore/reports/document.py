@@ -47,7 +47,7 @@ MOST_ROWS = 40
 """Rows of a table in text."""
 
 FEWEST = 16
-"""Characters of a column of texts that is shortened in text rather than left out."""
+"""Least characters that a column of texts is shortened to, so that others fit."""
 
 SHADES = 10
 """Shades of cells, from 0 to 1."""
@@ -238,7 +238,7 @@ class Report:
         return file.getvalue()
 
     def to_json(self) -> str:
-        """Return the document as JSON; tables have an array for each column."""
+        """Return the document as JSON; tables have a list of columns with name, unit and values."""
         return json.dumps(self.to_dict(), ensure_ascii=False, indent=1, allow_nan=False) + "\n"
 
     def to_dict(self) -> dict[str, Any]:
@@ -253,11 +253,15 @@ class Report:
                 {
                     "title": table.title,
                     "notes": list(table.notes),
-                    "units": {column.name: column.unit for column in table.columns if column.unit},
-                    "columns": {
-                        column.name: [_plain(value) for value in column.values]
+                    # a list, as a column may have the name of a gamut, and so that of another one
+                    "columns": [
+                        {
+                            "name": column.name or column.kind,
+                            "unit": column.unit,
+                            "values": [_plain(value) for value in column.values],
+                        }
                         for column in table.columns
-                    },
+                    ],
                 }
                 for table in self.tables
             ],
@@ -372,16 +376,19 @@ def _table_text(table: ReportTable) -> str:
     ]
     numeric = [column.is_number for column in table.columns if column.kind != "colour"]
     widths = [max(map(len, column)) for column in cells]
+    excess = sum(widths) + 2 * (len(widths) - 1) - WIDTH
+    texts = [at for at, right in enumerate(numeric) if not right]
+    for at in sorted(texts, key=lambda at: -widths[at]):  # long names must not hide the figures
+        room = max(widths[at] - max(excess, 0), FEWEST, len(cells[at][0]))
+        if room < widths[at]:
+            cells[at] = [
+                cell if len(cell) <= room else f"{cell[: room - 1]}…" for cell in cells[at]
+            ]
+            excess -= widths[at] - room
+            widths[at] = room
     count, total = 0, -2
     while count < len(cells) and total + widths[count] + 2 <= WIDTH:
         total += widths[count] + 2
-        count += 1
-    room = WIDTH - total - 2
-    if count < len(cells) and not numeric[count] and room >= FEWEST:
-        cells[count] = [
-            cell if len(cell) <= room else f"{cell[: room - 1]}…" for cell in cells[count]
-        ]
-        widths[count] = room
         count += 1
     lines = [
         "  ".join(
@@ -493,6 +500,8 @@ td { white-space: nowrap }
   background: color-mix(in srgb, currentcolor 12%, transparent) }
 figure { margin: 1.5rem 0 } figcaption { font-weight: 600 }
 img { max-width: 100%; height: auto; background: #fff }
+@media print { .scroll { max-height: none; overflow: visible } th { position: static }
+  th button::after { content: none !important } tr, figure { break-inside: avoid } }
 """ + "".join(
     f".s{shade} {{ background: color-mix(in srgb, #38c {100 * shade // SHADES}%, transparent) }}\n"
     for shade in range(SHADES + 1)

@@ -304,9 +304,9 @@ def _sentences(pair: ReadingPair, volumes: _Volumes | None) -> list[str]:
     for name, second in ((pair.first.name, False), (pair.second.name, True)):
         alone = pair.only_in(second)
         if alone:
-            listed = ", ".join(alone[:MOST_NAMED]) + (", …" if len(alone) > MOST_NAMED else "")
+            listed = ", ".join(alone[:MOST_NAMED]) + (", …" if len(alone) > MOST_NAMED else ".")
             patches = "1 patch is" if len(alone) == 1 else f"{len(alone)} patches are"
-            sentences.append(f"{patches} in {name} only, and not compared: {listed}.")
+            sentences.append(f"{patches} in {name} only, and not compared: {listed}")
     return sentences
 
 

@@ -10,10 +10,12 @@ import os
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
+from itertools import repeat
 from pathlib import Path
 from typing import Any, NamedTuple, TypeAlias, TypeVar
 
-from gamutcore.content import is_saved_gamut
+from gamutcore.building import fitting_options
+from gamutcore.content import gamut_source, is_saved_gamut
 from gamutcore.errors import OptionError
 from gamutcore.gamut import Gamut, load_level, stored_level
 from gamutcore.references import find_reference
@@ -48,25 +50,46 @@ class NamedGamut(NamedTuple):
 
 
 def named_gamuts(sources: Iterable[GamutSource], options: dict[str, Any]) -> Iterator[NamedGamut]:
-    """Yield gamuts by names that differ; other files than saved gamuts are built here."""
+    """Yield gamuts by names that differ; other files than saved gamuts are built here.
+
+    They are built with those of the options that apply to them. An option that applies to none is
+    refused before the first is built.
+    """
     if isinstance(sources, Gamut | str | os.PathLike):
         raise OptionError.refusal("gamuts", str(sources)[:80], "a list of gamuts")
+    choices: Iterable[dict[str, Any]] = repeat({})
+    if options:
+        sources = list(sources)
+        choices = fitting_options(map(_content, sources), options)
     names: set[str] = set()
-    for source in sources:
+    for source, fitting in zip(sources, choices, strict=False):
         gamut: Gamut | Path
         if isinstance(source, Gamut):
             gamut, name = source, source.name
         elif Path(source).exists():
             path = Path(source)
             name = path.stem
-            with path.open("rb") as file:
-                saved = is_saved_gamut(file.read(64))
-            gamut = path if saved else Gamut(path, options)
+            gamut = path if _is_saved(path) else Gamut(path, fitting)
         elif isinstance(source, str):
-            name, gamut = source, Gamut(find_reference(source).data, options)
+            name, gamut = source, Gamut(find_reference(source).data, fitting)
         else:
             raise FileNotFoundError(2, "There is no such file.", str(source))
         yield NamedGamut(distinct_name(name or "gamut", names), gamut)
+
+
+def _content(source: GamutSource) -> tuple[object, bytes | None]:
+    """Return the name of a gamut, and the data that it is built from if it is not built yet."""
+    if isinstance(source, Gamut):
+        return source.name or "a gamut", None
+    if Path(source).exists() and _is_saved(Path(source)):
+        return source, None
+    data = gamut_source(source)
+    return source, data if isinstance(data, bytes) else data.data
+
+
+def _is_saved(path: Path) -> bool:
+    with path.open("rb") as file:
+        return is_saved_gamut(file.read(64))
 
 
 def distinct_name(name: str, names: set[str]) -> str:

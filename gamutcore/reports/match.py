@@ -22,7 +22,6 @@ from gamutcore.colour_rows import colour_rows
 from gamutcore.colours.spaces import srgb
 from gamutcore.errors import DeviceModelError, OptionError, errors_in
 from gamutcore.number_text import number_text
-from gamutcore.options import Options
 from gamutcore.questions import (
     check_space,
     colours_in,
@@ -61,6 +60,9 @@ NO_POINTS = np.empty((0, 3))
 
 MOST_NAMED = 3
 """Most gamuts whose names are in the sentence on those that print most."""
+
+LONGEST = 24
+"""Characters of the name of a gamut as a heading."""
 
 MOST_COLUMNS = 20
 """Most gamuts that have a column in the table of colours."""
@@ -143,7 +145,8 @@ def match(
     progress : callable, optional
         Called with the name of a gamut that has answered, and the fraction of those that are done.
     **options
-        How gamuts are built from files and names, as for `Gamut`.
+        How gamuts are built from files and names, as for `Gamut`. An option is for those that it
+        applies to, and there must be one.
 
     Returns
     -------
@@ -166,14 +169,13 @@ def match(
     """
     terms = MatchTerms(passing, edge_width, delta_e, recipes).checked()
     values, space, labels = _read_colours(colours, space, names)
-    chosen = Options.from_mapping(options).to_mapping()
 
     def ask(gamut: NamedGamut) -> GamutMatch:
         opened, count = open_level(gamut, max_error=max_error, whole=recipes)
         return match_gamut(gamut.name, opened, count, values, space, terms)
 
     answers: list[GamutMatch] = []
-    for answer in in_order(ask, named_gamuts(gamuts, chosen)):
+    for answer in in_order(ask, named_gamuts(gamuts, options)):
         if answers:
             check_space(answers[0], answer)
         answers.append(answer._replace(points=NO_POINTS) if answers else answer)
@@ -426,11 +428,18 @@ def _colour_table(match: ColourMatch, order: list[int]) -> ReportTable:
     ]
     notes = []
     if len(order) <= MOST_COLUMNS:
-        columns += [ReportColumn(match.gamuts[at], match.excess[:, at]) for at in order]
+        columns += [
+            ReportColumn(name, match.excess[:, at], heading=_heading(name))
+            for at, name in ((at, match.gamuts[at]) for at in order)
+        ]
         notes.append(
             f"The columns of gamuts have {unit} from the nearest colour of the gamut, 0 in gamut."
         )
     return ReportTable("Colours", columns, notes)
+
+
+def _heading(name: str) -> str:
+    return name if len(name) <= LONGEST else f"{name[: LONGEST - 1]}…"
 
 
 def _pair_table(match: ColourMatch) -> ReportTable:

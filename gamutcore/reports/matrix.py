@@ -12,7 +12,6 @@ import numpy as np
 from gamutcore import search
 from gamutcore.errors import OptionError
 from gamutcore.number_text import volume_unit
-from gamutcore.options import Options
 from gamutcore.questions import check_space, condition_lines, plot_text, table_warnings
 from gamutcore.reports.document import Chart, Report, ReportColumn, ReportTable
 from gamutcore.reports.gamuts import (
@@ -68,7 +67,8 @@ def compare_all(
     progress : callable, optional
         Called with the names of two gamuts, and the fraction of the pairs that are done.
     **options
-        How gamuts are built from files and names, as for `Gamut`.
+        How gamuts are built from files and names, as for `Gamut`. An option is for those that it
+        applies to, and there must be one.
 
     Returns
     -------
@@ -88,10 +88,9 @@ def compare_all(
     >>> gamutcore.compare_all([small, large]).coverage.round(3).tolist()
     [[1.0, 0.5], [1.0, 1.0]]
     """
-    chosen = Options.from_mapping(options).to_mapping()
     solids: list[_Solid] = []
     load = partial(_solid, triangles=triangles, max_error=max_error)
-    for solid in in_order(load, named_gamuts(gamuts, chosen)):
+    for solid in in_order(load, named_gamuts(gamuts, options)):
         if solids:
             check_space(solids[0], solid)
         solids.append(solid)

@@ -26,7 +26,7 @@ from gamutcore.errors import OptionError, UnsupportedProfileError
 from gamutcore.gamut import Gamut
 from gamutcore.names import folded
 from gamutcore.number_text import fixed_text
-from gamutcore.questions import draw_rings
+from gamutcore.questions import compared_conditions, draw_rings
 from gamutcore.reports.document import Chart, Report, ReportColumn, ReportTable
 from gamutcore.reports.signals import SIGNAL_COUNTS, cube_faces, signal_levels
 from gamutcore.results import GamutRings
@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from gamutcore.arrays import FloatArray, IndexArray, LongArray
     from gamutcore.colours import DeviceModel
 
-__all__ = ["STANDARDS", "Standard", "report", "standard_intent"]
+__all__ = ["STANDARDS", "Standard", "find_standard", "report", "standard_intent"]
 
 HUES = 360
 LIGHTNESSES = np.arange(100) + 0.5
@@ -129,22 +129,12 @@ def report(
     >>> round(gamutcore.report(srgb, "idms").data["volume"], -3)
     831000.0
     """
-    slugs = {folded(slug): slug for slug in STANDARDS}
-    if folded(str(standard)) not in slugs:
-        *others, last = STANDARDS
-        raise OptionError.refusal("standard", standard, f"{', '.join(others)} or {last}")
-    chosen = STANDARDS[slugs[folded(str(standard))]]
+    chosen = find_standard(standard, has_reference=reference is not None)
     if not gamut.colour_space.is_icc_cielab:
         raise OptionError(
             f"The gamut is in {gamut.colour_space.name}, and {chosen.edition} is for CIELAB.",
             where={"field": "space"},
             remedy="Build it with the default space, CIELAB relative to D50.",
-        )
-    if reference is None and chosen.needs_reference:
-        raise OptionError(
-            f"{chosen.edition} compares two gamuts, and there is no reference.",
-            where={"field": "reference"},
-            remedy="Give a reference, such as srgb.",
         )
     other = None if reference is None else _opened(reference)
     parts = chosen.body(gamut, other)
@@ -164,7 +154,15 @@ def report(
         conditions["Reference white"] = _white(other)
     conditions["Not checked"] = chosen.not_checked
     warnings = [*parts.warnings, *_intent_warnings(gamut, chosen)]
-    warnings += gamut.conditions.build_warnings if other is None else gamut.warnings_about(other)
+    if other is None:
+        warnings += gamut.conditions.build_warnings
+    else:
+        other_name = other.name or "The reference"
+        names = ("A", "B") if name == other_name else (name, other_name)
+        both = gamut.conditions, other.conditions
+        for side, each in zip(names, both, strict=True):
+            warnings += [f"{side}: {warning}" for warning in each.build_warnings]
+        warnings += compared_conditions(*both, names)
     return Report(
         f"{chosen.title}: {name}",
         parts.sentences,
@@ -174,6 +172,22 @@ def report(
         tuple(dict.fromkeys(warnings)),
         {"standard": chosen.slug, **parts.data},
     )
+
+
+def find_standard(name: str, *, has_reference: bool) -> Standard:
+    """Return the standard of a name; refuse others, and a comparison without a reference."""
+    slugs = {folded(slug): slug for slug in STANDARDS}
+    if folded(str(name)) not in slugs:
+        *others, last = STANDARDS
+        raise OptionError.refusal("standard", name, f"{', '.join(others)} or {last}")
+    chosen = STANDARDS[slugs[folded(str(name))]]
+    if chosen.needs_reference and not has_reference:
+        raise OptionError(
+            f"{chosen.edition} compares two gamuts, and there is no reference.",
+            where={"field": "reference"},
+            remedy="Give a reference, such as srgb.",
+        )
+    return chosen
 
 
 def _opened(reference: Gamut | str | os.PathLike[str]) -> Gamut:
@@ -481,7 +495,10 @@ def _ring_table(maps: Mapping[str, FloatArray], radii: Mapping[str, FloatArray])
     columns = [ReportColumn("L*", ends, decimals=0)]
     for name, cells in maps.items():
         sums = cells.sum(axis=1).cumsum()[list(RING_NUMBERS)]
-        columns.append(ReportColumn(f"{name} volume", sums.tolist(), decimals=0))
+        # a shorter heading, so that all columns fit 80 characters
+        heading = "common volume" if name == "intersection" else ""
+        title = f"{name} volume"
+        columns.append(ReportColumn(title, sums.tolist(), decimals=0, heading=heading))
     for key, reduce in (("least", np.min), ("largest", np.max)):
         values = reduce(radii["gamut"][list(RING_NUMBERS)], axis=1)
         columns.append(ReportColumn(f"{key} C*RSS", values.tolist(), decimals=1))
@@ -737,7 +754,7 @@ def _comparison_parts(gamut: Gamut, reference: Gamut | None) -> _Parts:
                 ],
             ),
         ],
-        found.warnings,
+        (),  # those about two gamuts are added with their names
         (),
         {**rows, **volumes},
     )

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+import gamutcore
 from gamutcore import Gamut
 
 ROOT = Path(__file__).parents[3]
@@ -460,3 +461,78 @@ def test_compare_three(command, as_json, cubes):
     command("compare", cubes, "--lost", status=2)
     command("compare", cubes, "--noise", "0.3", status=2)
     command("compare", cubes, "--same-instrument", status=2)
+
+
+def write_cube(path):
+    """Write the corners of a display's cube, with linear light of sRGB."""
+    primaries = np.array([[41.24, 35.76, 18.05], [21.26, 71.52, 7.22], [1.93, 11.92, 95.05]])
+    device = np.array(list(np.ndindex(3, 3, 3))) / 2
+    lines = ["RGB_R,RGB_G,RGB_B,XYZ_X,XYZ_Y,XYZ_Z"]
+    values = ((*(255 * row), *(primaries @ row**2.2)) for row in device)
+    lines += [",".join(f"{value:.5g}" for value in row) for row in values]
+    path.write_text("\n".join(lines))
+    return path
+
+
+def test_options_are_for_the_gamuts_that_they_apply_to(command, as_json, cubes, tmp_path):
+    """As a picture has no surface samples, and a display no share of rare colours."""
+    display, picture = write_cube(tmp_path / "display.csv"), tmp_path / "picture.png"
+    corners = np.array(list(np.ndindex(2, 2, 2)))
+    pixels = np.tile(64 + 128 * corners, (20, 1, 1))
+    pixels[0] = 255 * corners  # rare colours
+    Image.fromarray(pixels.astype(np.uint8)).save(picture)
+    both = "--surface-samples", "600", "--popularity", "0.1"
+    whole = as_json("compare", picture, display, "--surface-samples", "600")
+    part = as_json("compare", picture, display, *both)
+    assert part["volume_a"] < 0.5 * whole["volume_a"]
+    assert part["volume_b"] == whole["volume_b"]
+    colours = tmp_path / "colours.csv"
+    colours.write_text("L,a,b\n50,0,0\n")
+    assert "print" in command("match", colours, picture, display, *both)[0]
+    matrix = gamutcore.compare_all([picture, display], surface_samples=600, popularity=0.1)
+    assert matrix.volume[0] == pytest.approx(part["volume_a"], rel=0.01)  # of a coarser level
+    err = command("compare", picture, display, "--layer", "x", status=2)[1]
+    assert "layer 'x' does not apply: only OpenEXR files have layers" in err
+    boxes = cubes / "small.gamut", cubes / "large.gamut"
+    err = command("compare", *boxes, *both, status=2)[1]
+    assert "built already" in err
+    err = command("match", colours, *boxes, *both, status=2)[1]
+    assert "built already" in err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (("build", "DATA", "-o", "x.png"), "x.png does not end in .gamut"),
+        (("slice", "DATA", "--lightness", "50", "-o", "x.docx"), ".png, .svg, .pdf, .txt, .json"),
+        (("rings", "DATA", "-o", "x.docx"), ".png, .svg, .pdf, .txt, .json"),
+        (("export", "DATA", "--table", "edges"), "Give vertices, cusps, leaves or levels."),
+        (("map", "PICTURE", "--gamut", "DATA", "-o", "x.docx"), "not written as .docx"),
+        (("map", "PICTURE", "--gamut", "DATA", "--to", "device", "-o", "x.png"), "as TIFF"),
+        (("compare", "DATA", "srgb", "-o", "x.png"), ".txt, .json or .csv"),
+        (("report", "DATA", "--standard", "x"), "cie-246"),
+        (("report", "DATA", "--standard", "cie-246"), "there is no reference"),
+        (("report", "DATA", "--standard", "idms", "-o", "missing/x.html"), "no such folder"),
+        (("info", "DATA", "-o", "FOLDER"), "a folder"),
+    ],
+)
+def test_outputs_are_checked_before_a_gamut_is_built(command, tmp_path, arguments, told):
+    """The data is no gamut, and the error is about the output all the same."""
+    data, picture = tmp_path / "data.ti3", tmp_path / "picture.png"
+    data.write_bytes(b"")
+    Image.new("RGB", (2, 2)).save(picture)
+    paths = {"DATA": data, "PICTURE": picture, "FOLDER": tmp_path}
+    words = [paths.get(word, word) for word in arguments]
+    # errors about the file that is written are no errors of usage
+    status = 1 if told in {"not written as .docx", "as TIFF", "no such folder", "a folder"} else 2
+    assert told in " ".join(command(*words, status=status)[1].split())
+
+
+def test_a_file_that_is_cut_off_is_said_to_be(command, saved, tmp_path):
+    content = Path(saved).read_bytes()
+    for size in (len(content) - 1, len(content) // 2, 300):
+        cut = tmp_path / "cut.gamut"
+        cut.write_bytes(content[:size])
+        err = command("info", cut, status=1)[1]
+        assert f"cut off after {size} " in err
+        assert str(cut) in err

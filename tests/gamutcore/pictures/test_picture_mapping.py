@@ -19,7 +19,7 @@ from gamutcore.errors import (
     UnsupportedPictureError,
 )
 from gamutcore.pictures import picture_mapping
-from gamutcore.pictures.picture_mapping import HEAT_STEP, VISIBLE
+from gamutcore.pictures.picture_mapping import BLACK_MOVES, HEAT_STEP, VISIBLE
 
 colour = colour_science()
 
@@ -363,6 +363,17 @@ def test_black_becomes_the_darkest_neutral_and_white_stays(tmp_path):
     assert own == pytest.approx(black + (100 - black) / 100 * luminance, abs=0.01)
 
 
+def test_pixels_that_only_round_are_not_moved_and_compensation_is_named(tmp_path):
+    """Black of L* 0.1 scales all colours, and most by less than half a step of 8 bits."""
+    body = Gamut(CORNERS * (49.95, 30, 30) + (50.05, 0, 0), gamma=1, intent="relative")
+    grey = np.repeat(np.arange(256, dtype=np.uint8)[np.newaxis, :, np.newaxis], 3, axis=2)
+    given = write(tmp_path / "given.png", grey, "uint8")
+    done = body.map_picture(given, tmp_path / "mapped.png", black_point_compensation=True)
+    changed = (read(tmp_path / "mapped.png")[0] != grey).any(axis=-1)
+    assert done.moved == changed.sum() < 20
+    assert BLACK_MOVES not in done.warnings  # it was asked for
+
+
 def test_nothing_moves_between_equal_blacks(tmp_path):
     whole = Gamut(CORNERS * (50, 25, 25) + (50, 0, 0), gamma=1)  # L* 0 to 100
     given = shadows(tmp_path / "given.png")
@@ -474,10 +485,15 @@ def test_figures_and_heat_map_are_those_of_each_pixel(body, tmp_path, kind):
     values = rows / np.iinfo(kind).max
     outside = ~body.contains(values, space="sRGB", max_error=0)
     found = body.map(values, space="sRGB", max_error=0)
-    assert (done.outside, done.moved) == (outside.sum(), found.moved.sum())
+    changed = (read(tmp_path / "mapped.png")[0] != pixels).any(axis=-1).ravel()
+    assert (done.outside, done.moved) == (outside.sum(), changed.sum())
+    assert (changed <= found.moved).all()
+    # moves of less than half a step of 8 bits are rounded away
+    assert found.delta_e[found.moved & ~changed].max(initial=0.0) < 0.5
+    found.delta_e[~changed] = 0.0
     assert done.colours == len(np.unique(rows, axis=0)) < done.pixels
     assert done.colours_outside == len(np.unique(rows[outside], axis=0)) > 0
-    moved = found.delta_e[found.moved]
+    moved = found.delta_e[changed]
     assert (done.delta_e, done.moved_delta_e) == pytest.approx(
         (found.delta_e.mean(), moved.mean()), rel=1e-5
     )
@@ -487,7 +503,7 @@ def test_figures_and_heat_map_are_those_of_each_pixel(body, tmp_path, kind):
         assert (heat.mode, heat.size) == ("L", pixels.shape[1::-1])
         assert heat.text["Description"] == done.heat_map
         gray = np.asarray(heat).ravel()
-    np.testing.assert_array_equal(gray > 0, found.moved)
+    np.testing.assert_array_equal(gray > 0, changed)
     shown = np.minimum(found.delta_e, 255 * HEAT_STEP)
     assert (np.abs(gray * HEAT_STEP - shown) < HEAT_STEP * 1.01).all()
 

@@ -46,9 +46,32 @@ def test_csv_and_json_have_the_numbers_in_full(report):
     assert [row["volume"] for row in rows] == ["1234567.891", "", "12"]
     assert [row["inside"] for row in rows] == ["true", "false", ""]
     document = json.loads(report.to_json())
-    assert document["tables"][0]["columns"]["volume"] == [1234567.891, None, 12.0]
+    columns = {column["name"]: column for column in document["tables"][0]["columns"]}
+    assert columns["volume"]["values"] == [1234567.891, None, 12.0]
     assert (document["count"], document["nothing"]) == (3, None)
     assert document["warnings"] == ["Two whites differ."]
+
+
+def test_a_long_name_leaves_room_for_the_figures():
+    names = ["A press with coated paper of 135 g per square metre, " * 3, "srgb"]
+    columns = [ReportColumn("gamut", names), ReportColumn("volume", [1.25, 2.5])]
+    columns.append(ReportColumn("worst", ["Emerald 4.9, Turquoise 3.0, Lagoon 2.4 " * 2, ""]))
+    text = Report("Long", ["."], tables=[ReportTable("t", columns)]).to_text()
+    assert max(map(len, text.splitlines())) <= 80
+    assert "1.25" in text
+    assert "…" in text
+    assert "Emerald" in text
+    assert "not fit" not in text
+
+
+def test_columns_of_equal_names_stay_apart_in_json():
+    """A table of colours has a column for each gamut, whatever the name of the gamut is."""
+    columns = [ReportColumn("best", ["best", "b"]), ReportColumn("best", [0.0, 1.5], "ΔE00")]
+    document = json.loads(Report("Match", ["."], tables=[ReportTable("t", columns)]).to_json())
+    assert document["tables"][0]["columns"] == [
+        {"name": "best", "unit": "", "values": ["best", "b"]},
+        {"name": "best", "unit": "ΔE00", "values": [0.0, 1.5]},
+    ]
 
 
 def test_a_workbook_has_numbers_as_numbers_and_no_formulas(report, tmp_path):

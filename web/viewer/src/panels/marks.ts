@@ -36,7 +36,9 @@ export class Marks {
   /** Patches are those of a file that the page has, or of the file of an example of a device. */
   private async offerPatches(gamut: Gamut | null): Promise<void> {
     const { box } = this;
-    box.disabled = gamut === null || !this.page.files.has(gamut.id);
+    // profiles, pictures and meshes have no table of patches; profiles may only carry one
+    const isTable = gamut?.provenance.patches !== undefined && gamut.options.source === undefined;
+    box.disabled = gamut === null || !isTable || !this.page.files.has(gamut.id);
     if (gamut === null || !box.disabled || gamut.channels.length === 0) return;
     const example = await findExample(this.page.at("a")?.key ?? "");
     if (gamut === this.gamut && example?.file != null) {

@@ -29,7 +29,7 @@ export interface Gamut {
   area: number;
   counts: { triangles: number; vertices: number };
   channels: string[];
-  options: { space: string; boundary: string; adaptation?: string | null };
+  options: { space: string; boundary: string; adaptation?: string | null; source?: string };
   /** Convex polygon in CIE 1931 xy, before any adaptation; null or missing without chromaticities. */
   chromaticity?: { basis: "primaries" | "colours"; corners: [number, number][] } | null;
   centre: [number, number, number];
@@ -40,6 +40,8 @@ export interface Gamut {
     /** Slug of a reference. */
     reference?: string;
     warnings?: unknown[];
+    /** Numbers of measured patches. */
+    patches?: object;
     axes?: string;
     intent?: string;
     ink_limits?: { total: number | null; black: number | null };
