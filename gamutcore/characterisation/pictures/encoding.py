@@ -14,7 +14,7 @@ import re
 import struct
 import warnings
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -54,10 +54,10 @@ class Encoding:
 
     `primaries` and `white` are CIE 1931 chromaticities. `transfer` is ``"sRGB"``, ``"power"`` with
     the exponent `gamma`, ``"linear"``, ``"PQ"``, ``"HLG"``, or ``"BT709"`` for the inverse of the
-    curve of cameras.
+    curve of cameras. Encodings of other names are equal if their values mean the same.
     """
 
-    name: str
+    name: str = field(compare=False)
     primaries: Primaries
     white: Chromaticity = D65
     transfer: str = "sRGB"

@@ -1,6 +1,7 @@
 """Mapping of picture files: what stays, what moves, and what the result can store."""
 
 import struct
+import zlib
 from pathlib import Path
 
 import numpy as np
@@ -93,6 +94,23 @@ def test_colours_are_clipped_as_the_body_is_and_others_stay(body, tmp_path, kind
     assert np.abs(after[chromatic][:, 1:]).max(axis=1) == pytest.approx(25, abs=step)
     cross = before[..., 1] * after[..., 2] - before[..., 2] * after[..., 1]
     assert np.abs(cross[chromatic] / np.hypot(*before[chromatic].T[1:])).max() < step
+
+
+def test_a_gamma_and_the_primaries_of_srgb_are_written_as_they_were_read(body, tmp_path):
+    # The colour of PNG files of ImageMagick: gAMA 45455, and cHRM of sRGB (W3C PNG, 11.3.2).
+    corners = (31270, 32900, 64000, 33000, 30000, 60000, 15000, 6000)
+    gamma = b"gAMA" + struct.pack(">I", 45455)
+    stated = [gamma, b"cHRM" + struct.pack(">8i", *corners)]
+    given = tmp_path / "given.png"
+    Image.fromarray(noise(255, 8, 8, 3).astype(np.uint8)).save(given)
+    content, end = given.read_bytes(), 33  # of IHDR
+    for each in stated:
+        chunk = struct.pack(">I", len(each) - 4) + each + struct.pack(">I", zlib.crc32(each))
+        content = content[:end] + chunk + content[end:]
+    given.write_bytes(content)
+    output = tmp_path / "mapped.png"
+    body.map_picture(given, output, heat_map=tmp_path / "heat.png")
+    assert output.read_bytes().count(gamma) == 1
 
 
 def test_alpha_stays_and_transparent_pixels_too(body, tmp_path):

@@ -22,5 +22,9 @@ export function connectParts(): void {
       part = each.open ? null : each; // it opens after this event
     });
   }
-  for (const event of ["wheel", "touchmove"]) panel.addEventListener(event, () => (part = null), { passive: true });
+  const release = () => (part = null);
+  for (const event of ["wheel", "touchmove"]) panel.addEventListener(event, release, { passive: true });
+  // The bar of the panel is no part of its content.
+  panel.addEventListener("pointerdown", ({ target }) => target === panel && release());
+  panel.addEventListener("keydown", ({ key }) => /^(Page|Home|End|Arrow)/.test(key) && release());
 }

@@ -72,7 +72,7 @@ export class ColourList {
 
   constructor(private readonly page: Page) {
     this.links = new ColourLinks(page, this.table);
-    page.on(["slots"], () => this.show(page.at("a")?.gamut ?? null));
+    page.on(["slots"], () => this.show(page.shown[0]?.gamut ?? null));
     page.on(["theme"], () => {
       if (this.answer === null) return;
       this.erase();

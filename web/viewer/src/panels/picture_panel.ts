@@ -30,8 +30,9 @@ type Look = "map" | "original" | "printed";
 
 interface Picture {
   file: File;
-  /** What is shown, without marks; null if the browser cannot show the format. */
-  image: ImageData | null;
+  /** What is shown, without marks: the printed picture if the browser cannot draw the original. */
+  image: ImageData;
+  hasOriginal: boolean;
   /** Steps of ΔE00 of all shown pixels, and how many pixels of the whole picture have each. */
   heat: Uint8ClampedArray;
   counts: number[];
@@ -110,7 +111,7 @@ export class PicturePanel {
     await this.asking.ask(
       async (signal) => {
         const answer = await mapped(id, given, "heat-map", signal);
-        return readPicture(given, await answer.blob());
+        return readPicture(given, await answer.blob(), async () => (await mapped(id, given, "picture", signal)).blob());
       },
       (picture) => {
         this.picture = picture;
@@ -134,7 +135,7 @@ export class PicturePanel {
 
   /** Ask for the picture as the gamut shows it. */
   private async print(picture: Picture): Promise<void> {
-    if (this.printing.isAsking || picture.image === null) return;
+    if (this.printing.isAsking) return;
     const { width, height } = picture.image;
     await this.printing.ask(
       async (signal) => readImage(await (await mapped(this.target.value, picture.file, "picture", signal)).blob(), width, height),
@@ -148,10 +149,11 @@ export class PicturePanel {
 
   private draw(): void {
     const { picture } = this;
-    byId("picture-view").hidden = picture?.image == null;
-    byId("picture-limit-row").hidden = picture === null || this.look !== "map";
-    byId("picture-legend-box").hidden = picture?.image == null || this.look !== "map";
-    byId("picture-look").hidden = picture?.image == null;
+    const original = document.querySelector<HTMLInputElement>("#picture-look [value=original]")!;
+    original.parentElement!.hidden = picture?.hasOriginal === false;
+    const isMap = this.look === "map";
+    byId("picture-view").hidden = byId("picture-look").hidden = picture === null;
+    byId("picture-limit-row").hidden = byId("picture-legend-box").hidden = picture === null || !isMap;
     if (picture === null) {
       byId("picture-note").textContent = "";
       return;
@@ -167,7 +169,6 @@ export class PicturePanel {
       `ΔE00 ${this.limit.value}; ${share(all)} by any amount.` +
       (this.page.shown.find(({ gamut }) => gamut.id === this.target.value)?.gamut.provenance.intent === "absolute" ? "" : COMPENSATED);
     byId("picture-note").replaceChildren(...withTerms(said));
-    if (picture.image === null) return;
     const { width, height } = picture.image;
     const { look } = this;
     const { printed } = picture;
@@ -185,7 +186,7 @@ export class PicturePanel {
 }
 
 /** The picture as it is shown, with its heat map. */
-async function readPicture(file: File, heatFile: Blob): Promise<Picture> {
+async function readPicture(file: File, heatFile: Blob, print: () => Promise<Blob>): Promise<Picture> {
   const whole = await createImageBitmap(heatFile, { colorSpaceConversion: "none" });
   const { width, height } = whole;
   const counts = new Array<number>(256).fill(0);
@@ -194,8 +195,10 @@ async function readPicture(file: File, heatFile: Blob): Promise<Picture> {
   const scale = Math.min(1, MOST_SHOWN / Math.max(width, height));
   const size = [Math.max(1, Math.round(scale * width)), Math.max(1, Math.round(scale * height))] as const;
   const heat = scale === 1 ? steps : greys(whole, ...size);
-  const image = await readImage(file, ...size).catch(() => null);
-  return { file, image, heat, counts, pixels: width * height, printed: null };
+  const original = await readImage(file, ...size).catch(() => null);
+  // Browsers draw no TIFF and no OpenEXR. The service's answers are PNG.
+  const printed = original === null ? await readImage(await print(), ...size) : null;
+  return { file, image: (original ?? printed)!, hasOriginal: original !== null, heat, counts, pixels: width * height, printed };
 }
 
 async function readImage(file: Blob, width: number, height: number): Promise<ImageData> {
@@ -210,7 +213,9 @@ async function readImage(file: Blob, width: number, height: number): Promise<Ima
 function mapped(id: string, picture: File, result: "picture" | "heat-map", signal: AbortSignal): Promise<Response> {
   // Compensation moves colours that are in reach as well.
   const compensated = result === "heat-map" ? "&black_point_compensation=false" : "";
-  return request(`/v1/gamuts/${id}/map?method=clip-nearest&result=${result}${compensated}`, {
+  // PNG has no floats, which other formats may have.
+  const depth = /jpeg|png/.test(picture.type) ? "" : "&depth=16";
+  return request(`/v1/gamuts/${id}/map?method=clip-nearest&result=${result}${compensated}${depth}`, {
     method: "POST",
     body: picture,
     signal,
