@@ -14,6 +14,7 @@ const common = {
   absWorkingDir: here,
   bundle: true,
   charset: "utf8", // the page states it
+  define: { __THREE_DEVTOOLS__: "undefined" }, // a browser extension that three.js would tell of each scene
   legalComments: "none",
   metafile: true,
   minify: true,

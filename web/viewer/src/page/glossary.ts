@@ -5,20 +5,18 @@ import { byId, element } from "./elements.js";
 export const TERMS: Record<string, string> = {
   triangles: "The surface of a gamut is made of flat triangles. More of them follow it more closely.",
   "full boundary": "The surface with all triangles, before any were taken away.",
-  δe00: "CIEDE2000: the difference of two colours as people see it. One unit is about what an eye can just see.",
+  δe00: "CIEDE2000: how different two colours look. One unit is about what an eye can just see.",
   "rendering intent": "How the white of the paper or display is treated when colours are converted.",
   "ink limit": "Largest sum of all inks that the press may print. Four full inks are 400 %.",
-  volume: "The size of the solid in cubic units of its space, of which ΔE*ab is that of CIELAB: a measure of how many colours it has. × sRGB divides it by the volume of sRGB in the same space, relative to its white.",
-  method: "How the surface was found from the colours of the device.",
+  volume: "The size of the solid in cubic units of its space. × sRGB divides it by that of sRGB in the same space.",
   channels: "Inks or lights of the device, in the order of its values.",
-  projection: "Perspective makes near things larger, as eyes see them. Orthographic keeps sizes, for measuring by eye.",
+  projection: "Perspective makes near things larger. Orthographic keeps sizes, for measuring by eye.",
   // Titles of the table of colours, or their first words.
-  where: "Inside or outside of the gamut, or on the edge: so close to the surface that it may be either, within the accuracy of the data.",
+  where: "Inside, outside, or on the edge: so close to the surface that it may be either.",
   euclidean: "Euclidean distance from the surface in units of the space of the gamut; below 0 inside.",
   recipe: "Device values, such as amounts of ink, that give the colour.",
   "recipe δe00": "CIEDE2000 between the wanted colour and the colour that the recipe gives.",
   possible: "Least and largest amount of black with which the device gives the colour.",
-  nearest: "The colour of the gamut that is nearest.",
 };
 
 /** The sentence of a title of a table. */

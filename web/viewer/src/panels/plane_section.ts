@@ -1,6 +1,6 @@
 // A section of the shown gamuts by a plane: its frame, its colours, the outlines, and its chart.
 import { Box3, Vector3 } from "three";
-import { type Theme, numberText, png, shortened } from "../charts/chart.js";
+import { type Theme, numberText, png } from "../charts/chart.js";
 import { type Frame, sectionChart } from "../charts/section.js";
 import { SCREEN, encoded } from "../colours/colours.js";
 import { type Screen, type Space, gamutSpace } from "../colours/spaces.js";
@@ -88,7 +88,7 @@ export class PlaneSection {
     const isHue = cut.kind === "hue";
     const layers = this.layers.map((layer) => {
       const outlines = isHue ? layer.outlines.map(rightHalf).filter((outline) => outline.length > 0) : layer.outlines;
-      return { ...layer, outlines, name: `${shortened(layer.name, 36)}, area ${areaText(areaWithin(outlines))}` };
+      return { ...layer, outlines, name: `${layer.name}, area ${areaText(areaWithin(outlines))}` };
     });
     const [across, upward] = this.otherAxes.map((axis) => `_${axes[axis]!}_`) as [string, string];
     const labels: [string, string] = isHue ? ["Chroma", `_${axes[lightness]!}_`] : [across, upward];

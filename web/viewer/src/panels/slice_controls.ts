@@ -8,7 +8,7 @@ import { type SliceState, isPlane } from "./slice_state.js";
 /** What the sections and diagrams are. */
 const SENTENCES: Partial<Record<SliceState["kind"], string>> = {
   lightness: "All colours of one lightness.",
-  hue: "All colours of one hue, the kind of a colour such as red: an angle around the grey axis. Chroma is how far a colour is from grey.",
+  hue: "All colours of one hue: an angle around the grey axis. Chroma is the distance from grey.",
   xy: "Colours without their lightness. The colours of the spectrum are on the curve around them.",
   uv: "Colours without their lightness. The colours of the spectrum are on the curve around them.",
 };

@@ -21,8 +21,8 @@ interface Sources {
 }
 
 const NOTES: Record<Kind, string> = {
-  png: "The view with its title, legend and scales; with the section and the answer of Compare while they are open.",
-  html: "One file with all gamuts that are shown, as they are shown, and the list of colours. It works without a network.",
+  png: "The view with title, legend and scales, and what is open of section and Compare.",
+  html: "One file with all that is shown and the list of colours. It works without a network.",
 };
 /** A picture at 16:9 in CSS pixels, and its pixels for each of them: 1920 × 1080, with text for slides. */
 const WIDE = { width: 1280, height: 720, ratio: 1.5 };
