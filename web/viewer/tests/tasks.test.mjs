@@ -288,10 +288,19 @@ test("9: a link to what is shown", async () => {
       navigator.clipboard.writeText = async (text) => resolve(text);
     });
   });
+  // The note goes after some seconds, so that the page itself looks at it when it comes.
+  await task.page.evaluate(() => {
+    const note = document.getElementById("stage-note");
+    window.seenNote = new Promise((resolve) => {
+      new MutationObserver(() => {
+        const { left, top, right, bottom, width } = note.getBoundingClientRect();
+        if (width > 0 && /copied/.test(note.textContent)) resolve(left >= 0 && top >= 0 && right <= innerWidth && bottom <= innerHeight);
+      }).observe(note, { attributes: true, childList: true });
+    });
+  });
   await task.click("#share");
   const { pathname, hash } = new URL(await task.page.evaluate("window.copiedLink"));
-  await task.read("#stage-note", /copied/);
-  assert.ok((await place(task.page, "#stage-note")).isInSight); // it goes after some seconds
+  assert.ok(await task.page.evaluate("window.seenNote"));
   const other = await visit(pathname + hash);
   await other.page.waitForFunction("window.gamutViewer.figures.triangles[1] > 4");
   assert.deepEqual(await ids(other.page), await ids(task.page));
