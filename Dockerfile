@@ -33,6 +33,12 @@ RUN python3 -m venv /build/venv && \
     /opt/gamut/bin/python -m pip uninstall -q --yes pip setuptools && \
     /opt/gamut/bin/python docker/sbom.py > /opt/gamut/sbom.cdx.json
 
+# Wheels bring 150 MB that no program uses: tests, and a report of their coverage in colour-science.
+RUN packages=$(/opt/gamut/bin/python -c 'import sysconfig; print(sysconfig.get_path("purelib"))') && \
+    rm -rf "$packages/colour/htmlcov" && \
+    find "$packages/colour" "$packages/numba" "$packages/numpy" "$packages/scipy" \
+        -depth -type d -name tests -exec rm -rf {} +
+
 # Kernels that lie beside the sources are kept where they fit: compiled for this CPU from these sources.
 RUN packages=$(/opt/gamut/bin/python -c 'import sysconfig; print(sysconfig.get_path("purelib"))') && \
     find gamutcore -name '*.nbc' -exec cp --parents -t "$packages" {} +
