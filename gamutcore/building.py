@@ -285,7 +285,7 @@ def fitting_options(
     for option in settings:
         if option in refusals.keys() & unused:
             raise refusals[option]
-        if option in unused:
+        if option in unused and choices:
             why = f"{built} is a gamut that is built already"
             raise OptionError.not_applicable(option, settings[option], why)
     return choices

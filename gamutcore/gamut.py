@@ -803,15 +803,9 @@ class Gamut:
         ]
         if not others:
             return viewer_page(pages)
-        one = self.compare(others[0])
-        return viewer_page(
-            pages,
-            {
-                "a_covers_b": one.a_covers_b,
-                "b_covers_a": one.b_covers_a,
-                "summary": list(one.summary),
-            },
-        )
+        comparison = self.compare(others[0])
+        stated = ("a_covers_b", "b_covers_a", "summary")
+        return viewer_page(pages, {name: getattr(comparison, name) for name in stated})
 
     def show(
         self, *others: Self | str | os.PathLike[str], state: str = "", height: int = VIEWER_HEIGHT

@@ -118,7 +118,7 @@ BLUE_TURNS = (
 
 BLACK_MOVES = (
     "Black-point compensation moves colours in gamut as well: black becomes that of the gamut. "
-    "Without black_point_compensation, they keep their values."
+    "Without it (--no-bpc, or black_point_compensation=false), they keep their values."
 )
 """Warning if pixels in gamut move, and nobody asked for it."""
 

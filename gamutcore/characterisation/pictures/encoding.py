@@ -54,7 +54,7 @@ class Encoding:
 
     `primaries` and `white` are CIE 1931 chromaticities. `transfer` is ``"sRGB"``, ``"power"`` with
     the exponent `gamma`, ``"linear"``, ``"PQ"``, ``"HLG"``, or ``"BT709"`` for the inverse of the
-    curve of cameras. Encodings of other names are equal if their values mean the same.
+    curve of cameras. The name does not count when encodings are compared.
     """
 
     name: str = field(compare=False)

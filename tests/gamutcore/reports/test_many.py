@@ -123,8 +123,9 @@ def test_srgb_is_wholly_inside_bt2020():
 
 
 def test_what_cannot_be_matched_is_refused(boxes):
-    with pytest.raises(OptionError, match="at least one"):
-        gamutcore.match(COLOURS, [])
+    for options in ({}, {"surface_samples": 600}):
+        with pytest.raises(OptionError, match="at least one"):
+            gamutcore.match(COLOURS, [], **options)
     for one in (boxes[0], "srgb", Path("presses")):
         with pytest.raises(OptionError, match="a list of gamuts"):
             gamutcore.match(COLOURS, one)

@@ -2,10 +2,10 @@
 //
 //   VIEWER_URL=... CHROMIUM=... [TASK_PICTURES=FOLDER] node --test tasks.test.mjs
 //
-// A task takes at most three clicks, and nobody scrolls. One click each is: a press of the mouse, a
-// drag, typing or pasting into a field together with the press that chooses the field, an entry taken
-// from a list of choices, and all files that are chosen in a file dialogue or dropped. What is pressed has to be
-// in sight, and so has the answer. With TASK_PICTURES, a picture of each answer is saved there.
+// A task takes at most three clicks, and nobody scrolls. A press of the mouse and a drag are one click
+// each. So is an entry of a list of choices. To press a field and type into it is one, and so are all
+// files of one dialogue or drop. What is pressed is in sight, and so is the answer. With TASK_PICTURES,
+// a picture of each answer is saved there.
 import assert from "node:assert/strict";
 import { mkdtemp, rm, writeFile } from "node:fs/promises";
 import { tmpdir } from "node:os";

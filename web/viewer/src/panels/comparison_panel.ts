@@ -14,8 +14,6 @@ import { storedCoverage } from "../service/examples.js";
 import { type Comparison, compare } from "../service/queries.js";
 import { volumeText, volumeUnit } from "./conditions.js";
 
-/** What the answer needs of a comparison. */
-
 interface Pair {
   a: Shown;
   b: Shown;
